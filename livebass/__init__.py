@@ -31,7 +31,7 @@ For sounds (n,), float, and motions:
 
     fundamental(sound, rate) -> Pitch                               over time, by YIN
     spectrogram_db(sound, rate) -> Spectrogram                      characteristic_frequencies(sound, rate), Hz
-    resampled(sound, rate, to)    loudness(sound, rate), LUFS       relative_variation(frequencies, reference)
+    resample(sound, rate, to)    loudness(sound, rate), LUFS       relative_variation(frequencies, reference)
     contactogram(times, indices, frets) -> Contactogram             string_shape(speaking, q, x), m
     decay_rates(times, energies), 1/s                               t60(dampings), s
 """

@@ -48,7 +48,7 @@ from .sound.analysis import contactogram as contactogram
 from .sound.analysis import fundamental as fundamental
 from .sound.analysis import loudness as loudness
 from .sound.analysis import relative_variation as relative_variation
-from .sound.analysis import resampled as resampled
+from .sound.analysis import resample as resample
 from .sound.analysis import spectrogram_db as spectrogram_db
 from .tab.reading import read_tab as read_tab
 from .web.export import export_page as export_page

@@ -49,7 +49,7 @@ found: livebass.Identified = livebass.identify(["e1.wav", Path("e2.wav")], bass,
 
 pitch: livebass.Pitch = livebass.fundamental(sound[0], 48000, hop=0.01)
 picture: livebass.Spectrogram = livebass.spectrogram_db(sound[0], 48000, range_db=60.0)
-centre: Floats = livebass.characteristic_frequencies(livebass.resampled(sound[0], 48000), 51_200)
+centre: Floats = livebass.characteristic_frequencies(livebass.resample(sound[0], 48000), 51_200)
 variation: Floats = livebass.relative_variation(pitch.frequency_hz, 41.2)
 level: float = livebass.loudness(sound.sum(0), 48000)
 touched: livebass.Contactogram = livebass.contactogram([0.1, 0.2], [0, 1], [5, 6])

@@ -125,10 +125,10 @@ def table(columns: list[tuple[str, str]], found: list[dict[str, str]]) -> str:
     lines = []
     for name in sorted({name for each in found for name in each}):
         versions = [each.get(name, "") for each in found]
-        usual = max(set(versions) - {""}, key=versions.count)
+        common = max(set(versions) - {""}, key=versions.count)
         others = [f"{version} on {system} {python}" for (system, python), version in zip(columns, versions, strict=True)
-                  if version not in ("", usual)]  # fmt: skip
-        lines.append(f"{name:24} {usual:14} {', '.join(others)}".rstrip())
+                  if version not in ("", common)]  # fmt: skip
+        lines.append(f"{name:24} {common:14} {', '.join(others)}".rstrip())
     return "\n".join(lines)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from errors import clear_errors
 
-from livebass.engine.solve import heard
+from livebass.engine.solve import output_signal
 from livebass.lab.comparison.ringing import OCTAVES, ringing
 from livebass.lab.identification.partials import find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, Pluck, speaking
@@ -28,7 +28,7 @@ from livebass.rows.units import cents
 
 FRETS = (2, 4, 5, 7, 9, 12)  # stopped notes of a preset
 RATE, CONTACT_RATE = 48_000, 384_000  # Hz
-SECONDS, LEAST = 3.0, 1.0  # s: the length of a preset's note; the least of a recording's
+SECONDS, MINIMUM = 3.0, 1.0  # s: the length of a preset's note; the least of a recording's
 SOFT, FARTHEST = 0.3, 1e-3  # of the grazing apex; m at most: no note touches a fret
 PITCHES = (30.0, 400.0)  # Hz, for recordings
 SOUNDS = {".wav", ".flac", ".ogg", ".aif", ".aiff"}
@@ -56,7 +56,7 @@ def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float 
             pluck = Pluck(apex, at, bass.player.rounding)
             sensor = s.length - bass.output.sensor
             trial = Trial(s, pluck, min(count, nu.size), CONTACT_RATE, RATE, seconds, sensor)
-            notes.append(Note(fret == 0, *_rings(heard(trial, bass.output), RATE, float(nu[0]))))
+            notes.append(Note(fret == 0, *_rings(output_signal(trial, bass.output), RATE, float(nu[0]))))
     return notes
 
 
@@ -64,7 +64,7 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
     """Returns the notes of recordings, files or folders of them.
 
     A recording does not name its string, so "open" is a note with the pitch of an open string of `bass`. Files
-    without a pitched note of `LEAST` seconds are skipped. Raises RecordingError for a file that cannot be read.
+    without a pitched note of `MINIMUM` seconds are skipped. Raises RecordingError for a file that cannot be read.
     """
     files = []
     for path in paths:
@@ -74,7 +74,7 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
     notes = []
     for file in files:
         for take in find_takes(read_recording(file), 0.0, 10.0):
-            if take.duration_s < LEAST:
+            if take.duration_s < MINIMUM:
                 continue
             pitch = pitch_of(take, *PITCHES)
             if pitch is None:

@@ -49,7 +49,7 @@ BASSES = range(32, 40)  # General MIDI's bass programs, counted from 0; the last
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
 WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: skip both
-LEAST_PHASE = 3.0  # s, the shortest phase in which nobody plays
+MIN_PHASE = 3.0  # s, the shortest phase in which nobody plays
 START = 60.0  # s for the server
 SETTLING = 180.0  # s at most, until a program plays and the previous bass is released
 GROWTH = 20.0  # MB, allowed growth of memory
@@ -130,7 +130,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
                 if name == "playing":
                     highest = max(highest, random_playing(synth, rng, seconds / CYCLES))
                 else:
-                    time.sleep(max(LEAST_PHASE, 0.5 * seconds / CYCLES))
+                    time.sleep(max(MIN_PHASE, 0.5 * seconds / CYCLES))
             passed, lost = frames.read()
             xruns = synth.meters().underruns - underruns
             totals[name] += passed, max(0, lost - PERIOD), load.stolen_seconds(), xruns
@@ -180,7 +180,7 @@ def _settle(synth: Synth, program: int) -> None:
 
 def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> float:
     """Sends about 100 messages a second, and a program every 2 s; returns the peak memory, MB."""
-    end, next_program, most = time.monotonic() + seconds, 0.0, 0.0
+    end, next_program, maximum = time.monotonic() + seconds, 0.0, 0.0
     while time.monotonic() < end:
         synth.send(NOTE_ON, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
         synth.send(NOTE_OFF, int(rng.integers(24, 72)))
@@ -189,9 +189,9 @@ def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> fl
             synth.send(BEND, int(rng.integers(128)), int(rng.integers(128)))
         if time.monotonic() > next_program:
             synth.send(PROGRAM, int(rng.choice(BASSES)))
-            next_program, most = time.monotonic() + 2.0, max(most, _memory())
+            next_program, maximum = time.monotonic() + 2.0, max(maximum, _memory())
         time.sleep(float(rng.exponential(0.02)))
-    return most
+    return maximum
 
 
 @contextmanager

@@ -38,7 +38,7 @@ def tables(text: str) -> dict[tuple[str, int], str]:
 def onto(base: str, fitted: str) -> str:
     """The text of the preset `base` with the keys of its fit in place of its own, or below them."""
     made, new = tables(base), tables(fitted)
-    told = "".join(re.findall(r"^#.*\n", fitted, re.MULTILINE))
+    settings = "".join(re.findall(r"^#.*\n", fitted, re.MULTILINE))
     for place in list(new)[1:]:
         for line in VALUE.finditer(new[place]):
             text = made[place]
@@ -47,35 +47,35 @@ def onto(base: str, fitted: str) -> str:
                 made[place] = text[: old.start()] + line[0] + text[old.end() :]
             else:
                 made[place] = END.sub(f"\n{line[0]}\n", text, count=1)
-    return told + "".join(made.values())
+    return settings + "".join(made.values())
 
 
-def fitted(folder: Path, name: str, told: dict[str, Any]) -> str:
+def fitted(folder: Path, name: str, settings: dict[str, Any]) -> str:
     """Fits a preset to its recordings and returns its text."""
     place = folder.absolute() / f"{name}.toml"
-    given = [f"--{key}={told[key]}" for key in ("like", "seed", "evaluations")]
-    notes = folder.absolute() / told["recordings"]
+    given = [f"--{key}={settings[key]}" for key in ("like", "seed", "evaluations")]
+    notes = folder.absolute() / settings["recordings"]
     command = [sys.executable, "-m", "livebass", "fit", notes, *given, "-o", place]
     subprocess.run(command, check=True, cwd=HERE.parent)
     text = place.read_text(encoding="utf-8")
-    for key in told["left_out"]:
+    for key in settings["left_out"]:
         text = re.sub(rf"^{key} = .*\n", "", text, flags=re.MULTILINE)
-    base = HERE.parent / told["like"]
+    base = HERE.parent / settings["like"]
     return onto(base.read_text(encoding="utf-8"), text) if base.is_file() else text
 
 
-def shipped(text: str, told: dict[str, Any], source: dict[str, Any]) -> str:
+def shipped(text: str, settings: dict[str, Any], source: dict[str, Any]) -> str:
     """The text of the shipped preset: of a fit, with its name, its source and the keys that are set by hand."""
     for word, for_others in (("your own second take", "a second take of it"), ("your bass", "that bass")):
         text = text.replace(word, for_others)
-    given = {key: told[key] for key in ("name", "description")} | told["by_hand"]
+    given = {key: settings[key] for key in ("name", "description")} | settings["by_hand"]
     for key, value in given.items():
         line = f"{key} = " + (f'"{value}"' if isinstance(value, str) else str(value))
-        line += "  # by hand" if key in told["by_hand"] else ""
+        line += "  # by hand" if key in settings["by_hand"] else ""
         text, count = re.subn(rf"^{key} = .*$", line, text, count=1, flags=re.MULTILINE)
         if not count:
             raise SystemExit(f"{key}: not in the fitted preset")
-    return f"# {source['bass']}: {source['source']},\n# {told['notes']}.\n# {told['why']}\n{text}"
+    return f"# {source['bass']}: {source['source']},\n# {settings['notes']}.\n# {settings['why']}\n{text}"
 
 
 def main() -> None:
@@ -87,8 +87,8 @@ def main() -> None:
     parser.add_argument("presets", nargs="*", choices=[[], *fits], metavar="PRESET")
     given = parser.parse_args()
     for name in given.presets or fits:
-        told = fits[name]
-        text = shipped(fitted(given.folder, name, told), told, sources[told["recordings"]])
+        settings = fits[name]
+        text = shipped(fitted(given.folder, name, settings), settings, sources[settings["recordings"]])
         (PRESETS / f"{name}.toml").write_text(text, encoding="utf-8")
 
 

@@ -29,7 +29,7 @@ from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.ringing import ringing
 from livebass.lab.identification.identify import identify
 from livebass.lab.identification.partials import find_takes, read_recording
-from livebass.lab.identification.written import new_preset
+from livebass.lab.identification.preset_text import new_preset
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset, preset_names

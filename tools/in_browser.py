@@ -31,11 +31,11 @@ from livebass import QUALITIES, load_preset
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread import block
 from livebass.web.export import export_page
-from livebass.web.modules import joined
+from livebass.web.modules import join_modules
 
 RATE, SECONDS, QUANTUM, RUNS = 48000, 8, 128, 6
 CHORDS = [(28, 35, 40, 47), (31, 38, 43, 50)]
-LEAST_PEAK = 1e-2  # of full scale; anything quieter did not play
+MIN_PEAK = 1e-2  # of full scale; anything quieter did not play
 KEEP = 1.2  # s, length of a chord
 MESSAGES = sorted(
     (round(RATE * (2 * k + 0.01 * i + KEEP * off)), 0x80 if off else 0x90, key, 0 if off else 125 if k % 2 else 80)
@@ -154,7 +154,7 @@ def in_browser(driver: Any, preset: str) -> float:
     given = {
         "messages": MESSAGES, "rate": RATE, "runs": RUNS, "quantum": QUANTUM, "quanta": RATE * SECONDS // QUANTUM,
     }  # fmt: skip
-    runs = driver.execute_async_script(MEASURE, preset, given, joined("work.js", {"work.js": WORKER}))
+    runs = driver.execute_async_script(MEASURE, preset, given, join_modules("work.js", {"work.js": WORKER}))
     return float(np.min(runs, axis=0).sum() * 1e-3 / SECONDS)
 
 
@@ -162,7 +162,7 @@ def played(driver: Any, preset: str, given: argparse.Namespace, drawn: bool = Tr
     """Plays on the open page once it is warm; returns what it measured."""
     time.sleep(2)
     found: dict[str, Any] = driver.execute_async_script(PLAY, preset, given.play, given.strings, given.line, drawn)
-    if found["peak"] < LEAST_PEAK:
+    if found["peak"] < MIN_PEAK:
         sys.exit(f"{preset}: silent: a peak of {found['peak']:.1e}")
     return found
 
@@ -211,7 +211,7 @@ def main() -> None:
                     found = played(driver, preset, given)
                     loads = np.array(found["loads"])
                     print(
-                        f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['most']} strings"
+                        f"{preset}: load mean {loads.mean():.3f}, worst {loads.max():.2f}; {found['maximum']} strings"
                         f" relieved at most; underruns: {found['first']} in the first chord, {found['then']} in the"
                         f" others, {found['after']} in 3 s after they have decayed"
                     )

@@ -39,18 +39,18 @@ def main() -> None:
     if OTHER in sys.argv:
         print(json.dumps(digests(folder)["sounds"]))
         return
-    (folder.parent / "api.txt").write_text(interface.listed(), "utf-8")
+    (folder.parent / "api.txt").write_text(interface.public_lines(), "utf-8")
     if API in sys.argv:
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for name, data in kept_files.made().items():
+    for name, data in kept_files.make_files().items():
         (folder / name).write_bytes(data)
     found = digests(folder)
     for level in ("x86-64-v2",):  # an older processor's sounds, too
         command = [sys.executable, __file__, OTHER]
-        told = subprocess.run(command, env=os.environ | {"LIVEBASS_LEVEL": level}, capture_output=True, check=True)
-        found["sounds"] |= json.loads(told.stdout.splitlines()[-1])
+        reported = subprocess.run(command, env=os.environ | {"LIVEBASS_LEVEL": level}, capture_output=True, check=True)
+        found["sounds"] |= json.loads(reported.stdout.splitlines()[-1])
     (folder / kept_files.DIGESTS).write_text(json.dumps(found, indent=1) + "\n", "utf-8")
     file = folder.parent / kept_files.SOUNDS
     sounds = json.loads(file.read_text("utf-8")) if file.is_file() else {}

@@ -46,7 +46,7 @@ KERNELS = HERE / "livebass" / "kernels"
 TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md", "docs")
 DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart", "maker")
 LEFT = ("records.py", "machine/")  # memory sizes; functions with exact tests of their own
-SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
+SIZES = ("MAX_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MAX_EVENTS")
 TESTS = ["tests/unit/engine", "tests/unit/plugin/test_instrument.py"]
 OWN = {"bass": "tests/unit/plugin/test_instrument.py"}  # tests outside the engine's, by room of kernels
 PINNED = "tests/unit/engine/test_pinned.py"
@@ -272,12 +272,12 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
     for _, by in fates(tree, [(0, [])], tests, 3600.0):
         if by:
             sys.exit(f"without a mutant the tests fail: {by}")
-    usual = time.monotonic() - begun
-    print(f"without a mutant the tests take {usual:.0f} s", flush=True)
+    baseline = time.monotonic() - begun
+    print(f"without a mutant the tests take {baseline:.0f} s", flush=True)
     rooms = [(k, room_of(mutant)) for k, mutant in enumerate(mutants, 1)]
 
     def of(share: list[tuple[int, list[str]]]) -> list[str]:
-        return [by for _, by in fates(tree, share, tests, 3 * usual + 60, minutes, loud=mutants)]
+        return [by for _, by in fates(tree, share, tests, 3 * baseline + 60, minutes, loud=mutants)]
 
     with ThreadPoolExecutor(jobs) as pool:
         found = [by for each in pool.map(of, (rooms[job::jobs] for job in range(jobs))) for by in each]
@@ -299,17 +299,17 @@ def fates(
     tree: Path,
     rooms: list[tuple[int, list[str]]],
     tests: list[str],
-    most: float,
+    maximum: float,
     minutes: float = math.inf,
     loud: Sequence[Mutant] = (),
 ) -> Iterator[tuple[int, str]]:
     """Yields (number, a test that notices it, ALONE or "") per mutant; `rooms`: (number, paths of tests to run first).
 
-    One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take more than `most`
-    s count as hanging; no mutant starts after `minutes`. `loud`: mutants to print with their results.
+    One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take more than
+    `maximum` s count as hanging; no mutant starts after `minutes`. `loud`: mutants to print with their results.
     """
     (tree / "runner.py").write_text(RUNNER)
-    command = [sys.executable, "runner.py", json.dumps([rooms, tests, PINNED, ALONE, most, minutes])]
+    command = [sys.executable, "runner.py", json.dumps([rooms, tests, PINNED, ALONE, maximum, minutes])]
     with subprocess.Popen(command, cwd=tree, env=environment(tree), stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         for line in process.stdout:

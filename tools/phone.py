@@ -21,7 +21,7 @@ from pathlib import Path
 from livebass import load_preset
 from livebass.plugin.instrument import image_file
 from livebass.web import build
-from livebass.web.modules import joined
+from livebass.web.modules import join_modules
 
 RATE, QUANTUM, SECONDS = 48000, 128, 4
 PLAYING = """
@@ -95,16 +95,16 @@ def main() -> None:
     known.add_argument("--fine", action="store_const", dest="how", const="fine", default="relieved")
     known.add_argument("--known", action="store_const", dest="how", const="known")
     parser.add_argument("presets", nargs="+")
-    asked = parser.parse_args()
+    requested = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         (folder / "page.wasm").write_bytes(build.module())
-        (folder / "engine.cjs").write_text(f"module.exports = {joined('engine.js')}")
-        (folder / "worklet.cjs").write_text(joined("worklet.js"))
+        (folder / "engine.cjs").write_text(f"module.exports = {join_modules('engine.js')}")
+        (folder / "worklet.cjs").write_text(join_modules("worklet.js"))
         (folder / "play.cjs").write_text(PLAYING % {"rate": RATE, "quantum": QUANTUM, "seconds": SECONDS})
-        for preset in asked.presets:
+        for preset in requested.presets:
             (folder / preset).write_bytes(image_file(load_preset(preset)))
-        command = ["node", "--single-threaded", "play.cjs", str(asked.slower), asked.how, *asked.presets]
+        command = ["node", "--single-threaded", "play.cjs", str(requested.slower), requested.how, *requested.presets]
         subprocess.run(command, cwd=folder, check=True)
 
 

@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from livebass.lab.comparison.notes import measured
+from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.comparison.rows import ALL, ROWS
 from livebass.lab.comparison.summary import Bass, basses, distances, figures
 from livebass.lab.comparison.telling import FIGURES, note_row
@@ -33,18 +33,18 @@ LEVELS = {"level", "level_span", "level_growth", "between_rise", "take_level"}
 ATTACK = {"centroid_20", "centroid_fall", "fundamental_fall", "snap", "thump"}
 
 
-def read(folder: Path, name: str, told: dict[str, Any]) -> Bass:
+def read(folder: Path, name: str, info: dict[str, Any]) -> Bass:
     """Returns the notes of one set of recordings as a bass."""
-    notes = [replace(n, technique=told["technique"]) for n in measured([folder / name])]
+    notes = [replace(n, technique=info["technique"]) for n in measure_notes([folder / name])]
     (bass,) = basses(name, notes)
     return bass
 
 
-def skipped(key: str, told: dict[str, Any]) -> bool:
+def skipped(key: str, info: dict[str, Any]) -> bool:
     """Returns whether a set of recordings cannot tell a figure."""
-    if not told.get("levels", True) and key in LEVELS:
+    if not info.get("levels", True) and key in LEVELS:
         return True
-    return not told.get("attack", True) and (key in ATTACK or key.startswith("octave_"))
+    return not info.get("attack", True) and (key in ATTACK or key.startswith("octave_"))
 
 
 def ranges(sets: dict[str, Any], found: dict[str, Bass]) -> Iterable[list[Any]]:
@@ -58,8 +58,8 @@ def ranges(sets: dict[str, Any], found: dict[str, Bass]) -> Iterable[list[Any]]:
             one_dynamic = len(bass.ranks) == 1 and bass.technique == "fingers" and row.when != ALL
             if figure is None or math.isnan(figure.value) or one_dynamic or skipped(row.key, sets[name]):
                 continue
-            told = (figure.value, sets[name]["bass"], len(bass.dynamic(row.when)))
-            values[row.key, row.when, bass.technique].append(told)
+            info = (figure.value, sets[name]["bass"], len(bass.dynamic(row.when)))
+            values[row.key, row.when, bass.technique].append(info)
     for (key, when, technique), each in sorted(values.items()):
         medians, names = [value for value, _, _ in each], {bass for _, bass, _ in each}
         if len(names) >= FEWEST:
@@ -73,9 +73,9 @@ def notes(sets: dict[str, Any], found: dict[str, Bass]) -> Iterable[list[Any]]:
         if sets[name].get("shipped"):
             for note in bass.notes:
                 values = note_row(note)
-                told = ["" if math.isnan(v) or skipped(key, sets[name]) else f"{v:.4g}"
+                info = ["" if math.isnan(v) or skipped(key, sets[name]) else f"{v:.4g}"
                         for key, v in zip(FIGURES, values, strict=True)]  # fmt: skip
-                yield [name, sets[name]["bass"], bass.technique, round(note.pitch, 2), note.rank, *told]
+                yield [name, sets[name]["bass"], bass.technique, round(note.pitch, 2), note.rank, *info]
 
 
 def write(path: Path, head: list[str], lines: Iterable[list[Any]]) -> None:
@@ -97,7 +97,7 @@ def main() -> None:
     missing = [name for name in sets if not (folder / name).is_dir()]
     if missing:
         parser.error(f"{folder}: has no folder {', '.join(missing)}")
-    found = {name: read(folder, name, told) for name, told in sets.items()}
+    found = {name: read(folder, name, info) for name, info in sets.items()}
     write(PLACE / "notes.csv", ["set", "bass", "technique", "pitch", "rank", *FIGURES], notes(sets, found))
     head = ["key", "when", "technique", "low", "high", "basses", "notes"]
     write(PLACE / "ranges.csv", head, ranges(sets, found))

@@ -17,7 +17,7 @@ from typing import Any
 from livebass.preset import revisions
 from livebass.preset.like import whole
 from livebass.preset.load import LABORATORY, laboratory_names, preset_names, preset_tables
-from livebass.preset.source import decoded, parsed, shipped
+from livebass.preset.source import decode, parse, shipped_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -28,7 +28,7 @@ def tables_in(folder: Path, name: str) -> dict[str, Any]:
     def read(preset: str) -> tuple[str, dict[str, Any]]:
         place = folder / f"{preset}.toml"
         place = place if place.is_file() else folder / LABORATORY / place.name
-        return place.name, parsed(place.name, decoded(place.name, place.read_bytes(), "preset"), "preset", "keys")
+        return place.name, parse(place.name, decode(place.name, place.read_bytes(), "preset"), "preset", "keys")
 
     label, own = read(name)
     return whole(label, own, read)
@@ -67,7 +67,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--since", default="HEAD")
     options = parser.parse_args()
-    file = shipped() / revisions.FILE
+    file = shipped_folder() / revisions.FILE
     kept = json.loads(file.read_text("utf-8")) if file.is_file() else {}
     with tempfile.TemporaryDirectory() as folder:
         said = revised(kept, extracted(options.since, Path(folder)), preset_names() + laboratory_names())

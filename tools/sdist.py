@@ -24,7 +24,7 @@ class Program(BuildHookInterface):  # type: ignore[type-arg]
         self._folder = Path(tempfile.mkdtemp())
         place = store.program_built()
         made = self._folder / place.name
-        made.write_bytes(store.sealed(emitter.packed_program()))
+        made.write_bytes(store.seal(emitter.packed_program()))
         build_data["force_include"][str(made)] = f"livebass/{store.BUILT.name}/{place.name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:

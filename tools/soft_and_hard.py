@@ -20,9 +20,9 @@ import matplotlib.pyplot as plt
 from PIL import Image  # matplotlib needs it too
 
 from livebass import load_preset
-from livebass.engine.solve import heard, solve_trial
+from livebass.engine.solve import output_signal, solve_trial
 from livebass.model.modes import grazing_apex
-from livebass.model.trial import Asked, checked_trial, speaking_string
+from livebass.model.trial import PluckRequest, checked_trial, speaking_string
 from livebass.sound.analysis import spectrogram_db
 
 PRESET, STRING = "jazz-finger", "G"
@@ -41,12 +41,12 @@ def plucked(velocity: int) -> tuple[float, NDArray[np.float64], NDArray[np.float
     at = player.pluck_position * s.length
     force = player.softest * (player.hardest / player.softest) ** ((velocity - 1) / 126)  # as for a note
     apex = min(force * grazing_apex(s, at), player.greatest_apex)
-    asked = Asked(STRING, apex=apex, at=at, duration=SECONDS + WINDOW / RATE)
-    trial = checked_trial(bass, s, asked, None, STEPS * RATE, RATE)
+    requested = PluckRequest(STRING, apex=apex, at=at, duration=SECONDS + WINDOW / RATE)
+    trial = checked_trial(bass, s, requested, None, STEPS * RATE, RATE)
     motion = solve_trial(trial)
     fret = np.asarray(trial.speaking.contact_fret)[motion.contact_index]
     before = np.zeros(WINDOW // 2)  # the string at rest; the release is in the middle of the first window
-    return apex, np.concatenate([before, heard(trial, bass.output)]), motion.contact_time_s, fret
+    return apex, np.concatenate([before, output_signal(trial, bass.output)]), motion.contact_time_s, fret
 
 
 def draw(picture: Path) -> None:

@@ -1,6 +1,6 @@
 """Writes the tables and sentences that the code determines into README.md and the handbook.
 
-Keys and controllers come from livebass/rows/techniques.py, waveforms from livebass/lab/bench/measured.py.
+Keys and controllers come from livebass/rows/techniques.py, waveforms from livebass/lab/bench/waveform_figures.py.
 """
 
 from __future__ import annotations
@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from livebass.cli.messages import meaning
-from livebass.lab.bench.measured import waveform_rows, waveform_sentence
+from livebass.cli.midi_help import meaning
+from livebass.lab.bench.waveform_figures import waveform_rows, waveform_sentence
 from livebass.model.keymap import MODO, named_keys
 from livebass.rows.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 from livebass.rows.units import pitch_name
@@ -32,7 +32,7 @@ def table(*rows: tuple[str, ...]) -> str:
 
 def technique_table() -> str:
     """The handbook's table of techniques, with their keys and controllers in the default map."""
-    rows = [(row.asked, named_keys(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
+    rows = [(row.trigger, named_keys(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
     return table(("", "key", "controller", "technique"), *(row for row in rows if row[1] or row[2]))
 
 
@@ -43,7 +43,7 @@ def short_table() -> str:
     """
     rows: list[tuple[str, ...]] = [("technique", "key", "C4 is 60", "C3 is 60", "controller")]
     for row in (TECHNIQUE_ROWS[button.symbol] for button in BUTTONS):
-        key = f"{row.asked} {' '.join(map(str, row.modo))}" if row.modo else ""
+        key = f"{row.trigger} {' '.join(map(str, row.modo))}" if row.modo else ""
         named = (" ".join(f"{pitch_name(k)}{k // 12 - below}" for k in row.modo) for below in (1, 2))
         rows.append((row.name, key, *named, controller_of(row)))
     return table(*rows)

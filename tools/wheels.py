@@ -50,7 +50,7 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     for leftover in out.glob("*.lib"), out.glob("*.pdb"):
         for file in leftover:
             file.unlink()
-    made.write_bytes(store.sealed(made.read_bytes()))
+    made.write_bytes(store.seal(made.read_bytes()))
 
 
 def wheel(system: System, objects: Path, binary: bytes, page: bytes, out: Path) -> Path:
@@ -65,8 +65,8 @@ def wheel(system: System, objects: Path, binary: bytes, page: bytes, out: Path) 
         built.mkdir()
         for level in system.levels:
             library(objects, system, level, built)
-        (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
-        (built / pages.BUILT.name).write_bytes(store.sealed(page))
+        (built / plugins.name_of(system)).write_bytes(store.seal(binary))
+        (built / pages.BUILT.name).write_bytes(store.seal(page))
         with (tree / "pyproject.toml").open("w") as project:
             project.write(without_compiler((ROOT / "pyproject.toml").read_text()))
             project.write('\n[tool.hatch.build.targets.wheel.hooks.custom]\npath = "tag.py"\n')

@@ -38,15 +38,15 @@ FILE, PROGRAM, UNIX = 0o100644, 0o100755, 3
 FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a universal binary: its first word; 2^14 bytes, a page on arm64
 
 
-def archives(asked: Mapping[str, bytes]) -> dict[str, dict[str, bytes]]:
-    """Returns the archives that the binaries `asked` allow, by name, each with its binaries by system name.
+def archives(requested: Mapping[str, bytes]) -> dict[str, dict[str, bytes]]:
+    """Returns the archives that the binaries `requested` allow, by name, each with its binaries by system name.
 
     The macOS archive needs the binaries of all macOS systems.
     """
     macos = [name for name, system in SYSTEMS.items() if is_macos(system)]
-    found = {name: {name: code} for name, code in asked.items() if name not in macos}
-    if set(macos) <= set(asked):
-        found[UNIVERSAL] = {name: asked[name] for name in macos}
+    found = {name: {name: code} for name, code in requested.items() if name not in macos}
+    if set(macos) <= set(requested):
+        found[UNIVERSAL] = {name: requested[name] for name in macos}
     return found
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import click
 
+from livebass.cli.messages import say
 from livebass.cli.options import PATH, count_option, files_to_write, option, write_results
 from livebass.cli.progress import have_kernels
-from livebass.cli.said import say
 from livebass.cli.values import Number
 from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from livebass.cli.groups import GroupedCommand
+from livebass.cli.messages import say
 from livebass.cli.options import (
     PATH,
     count_option,
@@ -23,7 +24,6 @@ from livebass.cli.options import (
     write_results,
 )
 from livebass.cli.progress import have_kernels, shown_progress
-from livebass.cli.said import say
 from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
 from livebass.rows.units import is_number
@@ -95,8 +95,8 @@ def compare(
       livebass compare my-bass --beside renders --json compared.json
       livebass compare --tell --preset jazz-finger
     """
-    from livebass.lab.comparison.comparing import Comparison, compared
-    from livebass.lab.comparison.recordings import heard, played
+    from livebass.lab.comparison.comparing import Comparison, compare_basses
+    from livebass.lab.comparison.recordings import play_presets, read_basses
     from livebass.lab.comparison.telling import telling
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
@@ -114,7 +114,7 @@ def compare(
         check_plots("-o")
     for name in presets:
         load_preset(name)  # before the work
-    found, left_out = heard(recordings, beside, technique)
+    found, left_out = read_basses(recordings, beside, technique)
     if recordings and all(bass.rendered for bass in found):
         raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
     if left_out:
@@ -123,11 +123,11 @@ def compare(
     if presets:
         have_kernels()
     try:
-        found += played(presets, found, technique=technique, taken=[*recordings, *beside], **how)
+        found += play_presets(presets, found, technique=technique, taken=[*recordings, *beside], **how)
     except ValueError as error:
         raise click.UsageError(f"--preset {error}") from None
     with shown_progress("telling" if tell else "measuring") as progress:
-        result = telling(found, progress) if tell else compared(found, progress)
+        result = telling(found, progress) if tell else compare_basses(found, progress)
 
     def drawn() -> str:
         from livebass.lab.comparison.page import page

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from livebass.cli.said import filled, width
+from livebass.cli.messages import fill_line, width
 from livebass.files.whole import output_error
 from livebass.rows.units import one_line
 
@@ -25,7 +25,7 @@ class OutputGone(OSError):
 
 
 @contextmanager
-def logged(console: Console, path: Path | None) -> Iterator[None]:
+def log_to(console: Console, path: Path | None) -> Iterator[None]:
     """Sends livebass' log to `console` and, with any final error, to the file at `path`.
 
     Raises OutputError if the file cannot be written.
@@ -66,7 +66,7 @@ class Console(logging.Handler):
         """Shows a line on the terminal only, not in the log."""
         if not self.quiet:
             line = one_line(line)
-            self._print(filled(line) if self.terminal else line)
+            self._print(fill_line(line) if self.terminal else line)
 
     def status(self, line: str) -> None:
         """Replaces the status line by `line`, cut to the width; a narrow terminal gets no bar."""

@@ -13,9 +13,9 @@ def devices() -> None:
 
     `play` takes their numbers, or parts of their names.
     """
+    from livebass.live.device_errors import MidiLost, OutputLost
     from livebass.live.guards import own_stderr
     from livebass.live.jack import jack_server
-    from livebass.live.lost import MidiLost, OutputLost
     from livebass.live.midi import port_names
     from livebass.live.portaudio import output_names
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.messages import say
 from livebass.cli.options import file_option, of_option, option, together
-from livebass.cli.said import say
 from livebass.cli.values import Number
 from livebass.rows.parts import Knobs
 from livebass.rows.row import rows
@@ -21,7 +21,7 @@ NAMES = (*rows(Knobs), "response", "response_level")
 OPTIONS = " ".join(f"--{name.replace('_', '-')}" for name in NAMES)
 
 
-# The options that `Behind.taken` reads.
+# The options that `Behind.from_options` reads.
 effects_options = together(
     *(
         option(f"--{name}", Number(row.kind, *row.limits), f"{row.meaning.capitalize()}.  [default: the preset's]")
@@ -40,14 +40,14 @@ effects_options = together(
 
 
 @dataclass(frozen=True)
-class Behind:
+class EffectOptions:
     """The effects that the options put behind a bass; the preset decides the rest."""
 
     changes: dict[str, Any]
     remarks: set[str] = field(default_factory=set)  # already printed
 
     @classmethod
-    def taken(cls, options: dict[str, Any]) -> Behind:
+    def from_options(cls, options: dict[str, Any]) -> EffectOptions:
         """Takes the options of `effects_options` out of a command's `options`. Raises PresetError for a bad file."""
         given = {name: options.pop(name) for name in NAMES}
         if isinstance(given["response"], Path):

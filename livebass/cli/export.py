@@ -11,6 +11,7 @@ import click
 
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
+from livebass.cli.messages import say
 from livebass.cli.options import (
     DEFAULT_PRESET,
     PATH,
@@ -28,7 +29,6 @@ from livebass.cli.options import (
 )
 from livebass.cli.practice import page_basses, page_tab_options
 from livebass.cli.progress import have_kernels, shown_progress
-from livebass.cli.said import say
 from livebass.cli.shelf import basses_of, page_ready
 from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
@@ -51,8 +51,8 @@ class SystemOption(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from livebass.plugin.systems import SYSTEMS
 
-        *most, last = SYSTEMS
-        self.help = f"System to build for: {', '.join(most)} or {last}.  [default: this one]"
+        *maximum, last = SYSTEMS
+        self.help = f"System to build for: {', '.join(maximum)} or {last}.  [default: this one]"
         return super().get_help_record(ctx)
 
 
@@ -131,7 +131,7 @@ def _write_plugin(
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
-    missing = not build.built(system)
+    missing = not build.is_built(system)
     if missing:
         build.compiler(system)  # raises now if the compiler is missing
     have_kernels()
@@ -149,7 +149,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     """The initial quality of each plugin, by name of its bass; prints the choice."""
     if quality != AUTO or not install:
         return dict.fromkeys(basses, quality)
-    from livebass.live.carried import best_qualities
+    from livebass.live.best_quality import best_qualities
 
     found = best_qualities(basses, RATE_OF_HOSTS)
     fine = [name for name, best in found.items() if best != "live"]
@@ -283,8 +283,8 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     from livebass.cli.song import AUTO, Song
     from livebass.files.whole import Transaction
 
-    wanted = TabOptions.taken(options, options)
-    data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arranged().exported()
+    wanted = TabOptions.from_options(options, options)
+    data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arrangement().exported()
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")

@@ -11,9 +11,9 @@ import click
 
 from livebass.cli.compare import TECHNIQUES
 from livebass.cli.groups import GroupedCommand
+from livebass.cli.messages import say
 from livebass.cli.options import DEFAULT_PRESET, PATH, count_option, file_option, flag, option
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
-from livebass.cli.said import say
 from livebass.cli.study import Interrupted
 from livebass.cli.tuning import tuning_type
 from livebass.cli.values import Number
@@ -49,8 +49,8 @@ GROUPS = {
     "The preset to begin with; the new one takes everything else from it.  [default: the nearest shipped one]",
     metavar="NAME|FILE",
 )
-@count_option("--seed", 2**31, "Seed of the search.", least=0, metavar="number", default=0)
-@count_option("--evaluations", 100_000, "Trials of the search.", least=12, default=TRIALS)
+@count_option("--seed", 2**31, "Seed of the search.", minimum=0, metavar="number", default=0)
+@count_option("--evaluations", 100_000, "Trials of the search.", minimum=12, default=TRIALS)
 @option("--minutes", Number("number", 0.01, 10_000), "End the search after this time.")
 @count_option("--workers", 1024, "Number of processes.  [default: one per core]")
 @option(
@@ -140,7 +140,7 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
         with Transaction() as made:
             made.directory(points)
             made.directory(points / "points")
-            fitted = _fitted(notes, how, points)
+            fitted = _run_fit(notes, how, points)
         _write(fitted, output, page, how)
     except KeyboardInterrupt:
         count = len(list((points / "points").glob("[!.]*.json")))
@@ -148,7 +148,7 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
         raise Interrupted(f"interrupted, {kept}") from None
 
 
-def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
+def _run_fit(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
     from livebass.lab.fitting.request import Fit
     from livebass.lab.fitting.request import fit as fit_notes
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.effects import NAMES as EFFECTS
-from livebass.cli.effects import Behind
+from livebass.cli.effects import EffectOptions
 from livebass.cli.options import flag, of_option, option, together
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 from livebass.cli.values import Parsed
@@ -23,7 +23,7 @@ NAMES = ("keys", "velocity_curve", "wheel")
 
 def _curve(text: str) -> Any:
     """A velocity curve: a name, an exponent, or points such as 1:1,64:90,127:127. Raises ValueError."""
-    from livebass.preset.keys import KEYS, allowed, checked
+    from livebass.preset.keys import KEYS, check_value, limits_of
 
     key = next(key for key in KEYS if (key.section, key.name) == ("player", "velocity_curve"))
     raw: Any = text
@@ -32,9 +32,9 @@ def _curve(text: str) -> Any:
     elif re.match(r"[\d.]", text):
         raw = _number(text)
     try:
-        return checked(key, raw)
+        return check_value(key, raw)
     except ValueError:
-        rule = allowed(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
+        rule = limits_of(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
         raise ValueError(f"must be {rule}, not {text!r}") from None
 
 
@@ -53,7 +53,7 @@ velocity_curve_option = option(
 )
 
 
-# The options that `Hands.taken` reads.
+# The options that `Hands.from_options` reads.
 hands_options = together(
     option(
         "--keys",
@@ -74,7 +74,7 @@ class Hands:
     changes: dict[str, Any]
 
     @classmethod
-    def taken(cls, options: dict[str, Any]) -> Hands:
+    def from_options(cls, options: dict[str, Any]) -> Hands:
         """Takes the options of `hands_options` out of a command's `options`. Raises PresetError for a bad key map."""
         given = {name: options.pop(name) for name in NAMES}
         if given["keys"] is not None:
@@ -103,18 +103,22 @@ class Loader:
 
     def __init__(self, options: dict[str, Any]) -> None:
         """Takes these options out of `options`. Raises PresetError for a bad file."""
-        self._asked = {name: options.pop(name) for name in SOUND}
-        self._usual = self._with({})
+        self._requested = {name: options.pop(name) for name in SOUND}
+        self._default = self._with({})
 
     def __call__(self, preset: str, given: Mapping[str, Any] | None = None, text: str = "") -> Instrument:
         """Loads a preset; `given` options apply where the command has none. Raises PresetError.
 
         `text`: what the preset's file held, in place of what it holds.
         """
-        return (self._with(given) if given else self._usual)(preset, text)
+        return (self._with(given) if given else self._default)(preset, text)
 
     def _with(self, given: Mapping[str, Any]) -> Callable[[str, str], Instrument]:
         """Return a function that loads presets with these options added."""
-        options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
-        hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
+        options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._requested.items()}
+        hands, tuning, behind = (
+            Hands.from_options(options),
+            tuning_of_options(options),
+            EffectOptions.from_options(options),
+        )
         return lambda preset, text: behind.put(hands.play(load_tuned(preset, tuning, text=text)))

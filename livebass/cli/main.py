@@ -21,9 +21,9 @@ from typing import Any, NoReturn
 import click
 
 from livebass import __version__
-from livebass.cli.said import say
+from livebass.cli.messages import say
 from livebass.files.whole import Output, noted_output
-from livebass.system.interrupts import INTERRUPTED, handled, leave
+from livebass.system.interrupts import INTERRUPTED, handle_signals, leave
 
 BROKEN_PIPE = 141  # exit status
 MANY = 8  # an interrupt names up to so many files one by one
@@ -77,8 +77,8 @@ class Commands(click.Group):
             raise click.exceptions.Exit(BROKEN_PIPE) from None
 
 
-def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
-    if asked and not context.resilient_parsing:
+def _show_version(context: click.Context, _: click.Parameter, requested: bool) -> None:
+    if requested and not context.resilient_parsing:
         click.echo(version_text())
         context.exit()
 
@@ -138,7 +138,7 @@ def _packages() -> Iterator[str]:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Runs the command line (`sys.argv` by default) and exits."""
-    with handled():
+    with handle_signals():
         status = run(arguments)
     leave(status)
 
@@ -166,7 +166,7 @@ def _run(arguments: Sequence[str] | None, output: Output) -> int:
     except (click.Abort, KeyboardInterrupt):
         if sys.stderr.isatty():  # the terminal shows ^C
             click.echo(err=True)
-        _complain(f"interrupted{_kept(output)}")
+        _complain(f"interrupted{_list_kept(output)}")
         return INTERRUPTED
     except BrokenPipeError:
         _silence_stdout()
@@ -185,14 +185,14 @@ def _run(arguments: Sequence[str] | None, output: Output) -> int:
         return 1
 
 
-def _kept(output: Output) -> str:
+def _list_kept(output: Output) -> str:
     """Tells which files an interrupt leaves; says nothing of files to a user who asked for none."""
     if output.completed:
-        return f", but complete: {_named(output.completed)}"
+        return f", but complete: {_list_files(output.completed)}"
     return ", nothing written" if output.requested else ""
 
 
-def _named(files: list[Path]) -> str:
+def _list_files(files: list[Path]) -> str:
     """Names a few files one by one, many by their directories."""
     if len(files) <= MANY:
         return ", ".join(map(str, files))

@@ -7,16 +7,16 @@ from typing import Any
 
 import click
 
-from livebass.cli.chosen import beyond_range, later_presets, preset_of, programs_of, remarks
 from livebass.cli.demos import demo_for, ready_for
-from livebass.cli.effects import Behind
+from livebass.cli.effects import EffectOptions
 from livebass.cli.hands import Hands, Loader
+from livebass.cli.messages import say
 from livebass.cli.options import DEFAULT_PRESET
-from livebass.cli.remembered import Memory
-from livebass.cli.said import say
+from livebass.cli.play_settings import Memory
+from livebass.cli.score_bass import beyond_range, later_presets, preset_of, programs_of, remarks
 from livebass.cli.song import AUTO, Song
 from livebass.cli.tabs import TabOptions
-from livebass.cli.taken import told, with_loaded
+from livebass.cli.take_bass import load_take_basses, take_options
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 from livebass.live.desk import with_beats
 from livebass.model.instrument import Instrument
@@ -28,17 +28,17 @@ from livebass.score.score import Score
 class Music:
     """Loads basses with the hands, tuning and effects of the options; reads --file or --demo.
 
-    `asked` are the sound options on the command line, without remembered ones. Takes the tuning out of `options`.
+    `requested` are the sound options on the command line, without remembered ones. Takes the tuning out of `options`.
     Raises PresetError and ScoreError.
     """
 
     def __init__(
-        self, options: dict[str, Any], asked: dict[str, Any], hands: Hands, behind: Behind, memory: Memory
+        self, options: dict[str, Any], requested: dict[str, Any], hands: Hands, behind: EffectOptions, memory: Memory
     ) -> None:
         self.demo, self.wanted = options["demo"], options["preset"]
-        self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
-        tab = TabOptions.taken(options, asked)
-        self.song = options["song"] and Song(options["song"], AUTO, self.wanted, tab, Loader(asked.copy()))
+        self.requested, self.hands, self.behind, self.memory = requested, hands, behind, memory
+        tab = TabOptions.from_options(options, requested)
+        self.song = options["song"] and Song(options["song"], AUTO, self.wanted, tab, Loader(requested.copy()))
         self.tuning = tuning_of_options(options)
         self.clicks, self.count_in = options["metronome"] == "file", options["count_in"]
         self._command = click.get_current_context().command
@@ -65,8 +65,8 @@ class Music:
     def given(self, preset: str) -> Mapping[str, str]:
         """The options that change a preset, for writing a take."""
         if preset in self._of_take:
-            return {**self._of_take[preset], **told(self.asked)}
-        found = told(self.asked | dict.fromkeys(TUNING_KEYS) | self.tuning)
+            return {**self._of_take[preset], **take_options(self.requested)}
+        found = take_options(self.requested | dict.fromkeys(TUNING_KEYS) | self.tuning)
         return found | {"keys": "modo"} if self.demo == "techniques" else found
 
     @property
@@ -93,7 +93,7 @@ class Music:
         if self.wanted:
             return score.on_one_bass()
         if score.basses:
-            score, self._load_of_take = with_loaded(score, self.song.load, DEFAULT_PRESET, self._command)
+            score, self._load_of_take = load_take_basses(score, self.song.load, DEFAULT_PRESET, self._command)
         return score
 
     def _with_beats(self, score: Score) -> Score:

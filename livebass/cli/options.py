@@ -83,15 +83,17 @@ def quality_option(default: str, help: str, among: tuple[str, ...] = tuple(QUALI
     return option("-q --quality", click.Choice(among), help, default=default)
 
 
-def count_option(name: str, most: int, help: str, least: int = 1, metavar: str = "count", **more: Any) -> Decorator:
-    """An option that takes an integer from `least` to `most`; `more` may hold its `default`."""
-    return option(name, Number(metavar, least, most, whole=True), help, **more)
+def count_option(
+    name: str, maximum: int, help: str, minimum: int = 1, metavar: str = "count", **more: Any
+) -> Decorator:
+    """An option that takes an integer from `minimum` to `maximum`; `more` may hold its `default`."""
+    return option(name, Number(metavar, minimum, maximum, whole=True), help, **more)
 
 
-def seed_option(most: int = 2**31) -> Decorator:
+def seed_option(maximum: int = 2**31) -> Decorator:
     """The option --seed."""
     text = "Seed of the player's small variations; the same seed gives the same result."
-    return count_option("--seed", most, text, least=0, metavar="number", default=0)
+    return count_option("--seed", maximum, text, minimum=0, metavar="number", default=0)
 
 
 rendered_quality = quality_option(
@@ -140,6 +142,6 @@ def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]],
         click.echo(table.removesuffix("\n"))
 
 
-def given(name: str) -> bool:
+def is_given(name: str) -> bool:
     """Returns whether an option was given on the command line."""
     return click.get_current_context().get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

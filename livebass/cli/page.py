@@ -11,9 +11,9 @@ import click
 
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import hands_options
+from livebass.cli.messages import say
 from livebass.cli.options import count_option, flag, option, presets_option, quality_option
 from livebass.cli.practice import page_basses, page_tab_options
-from livebass.cli.said import say
 from livebass.cli.shelf import page_ready
 from livebass.cli.tuning import tuning_options
 from livebass.system.interrupts import Beside, StopFlag, stop_instead
@@ -34,7 +34,7 @@ TEXT_BROWSERS = ("elinks", "links", "lynx", "w3m", "www-browser")  # run no scri
     "Port of the server.  [default: any free port]",
     default=0,
     show_default=False,
-    least=0,
+    minimum=0,
     metavar="port",
 )
 @page_tab_options
@@ -68,8 +68,8 @@ def page(
       livebass page --tab song.gp5
     """
     from livebass.cli.hands import Loader
-    from livebass.compiling.library import cached as kernels_cached
-    from livebass.web.build import cached as page_cached
+    from livebass.compiling.library import is_cached as kernels_cached
+    from livebass.web.build import is_cached as page_cached
     from livebass.web.export import page_files, waiting_page
     from livebass.web.link import check_link
     from livebass.web.serve import OPENS, PageServer, check_port
@@ -102,7 +102,7 @@ def page(
         if link:
             address += "#" + quote(link.rpartition("#")[2], safe="=&%+", errors="surrogateescape")
         click.echo(address)
-        if not no_browser and not opened(address):
+        if not no_browser and not open_address(address):
             say("no browser could be opened: open the address yourself")
         if waits:  # Ctrl-C ends the compiling
             make()
@@ -112,7 +112,7 @@ def page(
             time.sleep(LOOK_EVERY)
 
 
-def opened(address: str) -> bool:
+def open_address(address: str) -> bool:
     """Opens an address in the user's browser; returns False if no browser that can show the page starts.
 
     Does not wait for browsers that return only when they are closed.

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.console import Console, OutputGone, logged
+from livebass.cli.console import Console, OutputGone, log_to
 from livebass.cli.demos import demo_option
-from livebass.cli.effects import OPTIONS, Behind, effects_options
+from livebass.cli.effects import OPTIONS, EffectOptions, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import SOUND, Hands, hands_options
+from livebass.cli.messages import clipping, say
 from livebass.cli.options import (
     DEFAULT_PRESET,
     file_option,
     files_to_write,
     flag,
-    given,
+    is_given,
     option,
     preset_option,
     quality_option,
 )
+from livebass.cli.play_settings import recall
 from livebass.cli.progress import have_kernels
-from livebass.cli.remembered import recall
-from livebass.cli.said import clipping, say
 from livebass.cli.tabs import tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import RATE, Number, Parsed, Quantity, beats, learn, span
@@ -187,20 +187,20 @@ def play(**options: Any) -> None:
 
     livebass remembers bass, tuning, capo, pitch, temperament, gain, devices and learned controllers.
     """
-    asked = {name: options[name] for name in SOUND}
-    hands, behind = Hands.taken(options), Behind.taken(options)
+    requested = {name: options[name] for name in SOUND}
+    hands, behind = Hands.from_options(options), EffectOptions.from_options(options)
     if options["controllers"]:
-        from livebass.cli.messages import controllers_text
+        from livebass.cli.midi_help import controllers_text
         from livebass.preset.keymap import key_map_text
 
         keys = hands.changes.get("keys")
         click.echo(key_map_text(keys).rstrip("\n") if keys else controllers_text())
         return
     from livebass.cli.music import Music
-    from livebass.compiling.library import cached
+    from livebass.compiling.library import is_cached
+    from livebass.live.device_errors import OutputLost
     from livebass.live.guards import own_stderr
     from livebass.live.keyboard import HELP, SCORE_HELP
-    from livebass.live.lost import OutputLost
     from livebass.live.outputs import check_output
     from livebass.live.session import Session
     from livebass.live.settings import Settings
@@ -216,13 +216,13 @@ def play(**options: Any) -> None:
         except OutputLost as error:
             say(f"as remembered: {error}; the usual output is taken")
             options["audio"] = None
-    music = Music(options, asked, hands, behind, memory)
+    music = Music(options, requested, hands, behind, memory)
     settings = Settings(
         instrument=music.bass,
         load=music.load,
         quality=QUALITIES.get(options["quality"]),
         preset=music.preset,
-        asked=tuple(name for name in ("rate", "block", "latency") if given(name)),
+        requested=tuple(name for name in ("rate", "block", "latency") if is_given(name)),
         given=music.given,
         programs=music.programs,
         read=music.read,
@@ -232,15 +232,15 @@ def play(**options: Any) -> None:
         **fields_of(options),
     )
     console = Console(options["quiet"])
-    with own_stderr(), logged(console, options["log"]), ExitStack() as stack:
-        if not cached():
+    with own_stderr(), log_to(console, options["log"]), ExitStack() as stack:
+        if not is_cached():
             check_output(settings.backend, settings.audio)
             have_kernels()
         session = Session(settings, console.status if console.terminal else None)
         if options["watch"]:
             stack.enter_context(watching(session, music.bass))
         stop_instead(session.stop, lambda: session.synth is not None)
-        if memory.used and (said := memory.said()):
+        if memory.used and (said := memory.summary()):
             console.show(f"as the last time: {said}")
         if interactive():
             console.show(HELP)
@@ -309,7 +309,7 @@ def check_together(options: dict[str, Any]) -> None:
         raise click.UsageError("--file and --demo: give one of them")
     if not options["song"] and not options["demo"]:
         for name in ("loop", "transport", "tempo"):
-            if options[name] and (name != "tempo" or given(name)):
+            if options[name] and (name != "tempo" or is_given(name)):
                 raise click.UsageError(f"--{name} is for a --file, or a --demo: name one")
     if options["transport"] and options["loop"]:
         raise click.UsageError("--loop repeats the file, --transport moves it as JACK does: leave one out")

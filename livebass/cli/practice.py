@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from livebass.cli.hands import Loader
+from livebass.cli.messages import say
 from livebass.cli.options import PATH, option
-from livebass.cli.said import say
 from livebass.cli.shelf import basses_of, names_of
 from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import given_tuning
@@ -34,7 +34,7 @@ def page_basses(
     """
     from livebass.web.bench import Source
 
-    path, tab = options.pop("tab"), TabOptions.taken(options, options)
+    path, tab = options.pop("tab"), TabOptions.from_options(options, options)
     given = given_tuning(options)
     load = Loader(options)
     if path is None:
@@ -44,7 +44,7 @@ def page_basses(
     from livebass.cli.song import AUTO, Song
     from livebass.web.tab import tab_data
 
-    song = Song(path, AUTO, presets[0] if presets else None, tab, load).arranged()
+    song = Song(path, AUTO, presets[0] if presets else None, tab, load).arrangement()
     say(f"{path}: {song.remark}")
     named = names_of(presets or (song.preset,), more)
     first = next(iter(named))

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from livebass.cli.messages import say, wrap_row
 from livebass.cli.options import (
     DEFAULT_PRESET,
     PATH,
@@ -18,7 +19,6 @@ from livebass.cli.options import (
     preset_option,
     write_results,
 )
-from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
 from livebass.lab.identification import limits
@@ -54,14 +54,14 @@ def list_(sounds: bool, revisions: bool) -> None:
         return
     if sounds:
         for name in sound_names():
-            click.echo(wrapped(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))
+            click.echo(wrap_row(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))
         return
     names = preset_names() + laboratory_names()
     chosen = {name: " ".join(str(n) for n, preset in PROGRAMS.items() if preset == name) for name in names}
     rows = [("NAME", "GM", "BASS"), *((name, chosen[name], load_preset(name).description) for name in names)]
     first, second = (max(len(row[k]) for row in rows) + 2 for k in (0, 1))
     for name, programs, description in rows:
-        click.echo(wrapped(f"{name:{first}}{programs:{second}}", description))
+        click.echo(wrap_row(f"{name:{first}}{programs:{second}}", description))
 
 
 @presets.command()
@@ -130,7 +130,7 @@ def keymap(key_map: str) -> None:
     click.echo(key_map_text(load_key_map(key_map)).encode(), nl=False)
 
 
-MOST_RESONANCES = 16
+MAX_RESONANCES = 16
 
 
 @click.command()
@@ -209,12 +209,12 @@ def identify(
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.lab.identification.fit import fit_neck
     from livebass.lab.identification.identify import identify as identify_string
+    from livebass.lab.identification.preset_text import new_preset
     from livebass.lab.identification.result import with_resonances
     from livebass.lab.identification.tables import identified_json, neck_table, partials_csv, table
-    from livebass.lab.identification.written import new_preset
 
     result = identify_string(recordings, bass, **how)
-    fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
+    fit = fit_neck(result.string, maximum=MAX_RESONANCES) if neck == "resonances" else None
     resonances = fit.resonances if fit else ()
     if fit:
         result = with_resonances(result, bass, resonances)

@@ -8,23 +8,23 @@ from contextlib import ExitStack, contextmanager
 
 import click
 
-from livebass.cli.said import say
+from livebass.cli.messages import say
 
 
-def have_kernels(told: Callable[[float], None] = lambda done: None) -> None:
+def have_kernels(report: Callable[[float], None] = lambda done: None) -> None:
     """Compiles the kernels if needed, with a message: do it first, to keep it out of timings.
 
-    `told` gets the fraction done, from another thread.
+    `report` gets the fraction done, from another thread.
     """
-    from livebass.compiling.library import cached, duration, library
+    from livebass.compiling.library import duration, is_cached, library
 
-    if not cached():
+    if not is_cached():
         say(f"compiling the kernels, once, in about {duration()} ...")
         with ExitStack() as shown:
             bar: list[Callable[[float], None] | None] = []
 
             def progress(done: float) -> None:
-                told(done)
+                report(done)
                 if not bar:  # not while another process compiles
                     bar.append(shown.enter_context(shown_progress("compiling the kernels")))
                 if bar[0]:

@@ -18,20 +18,20 @@ from livebass.cli.demos import demo_for, demo_option, ready_for
 from livebass.cli.effects import OPTIONS, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Loader, hands_options
+from livebass.cli.messages import clipping, say
 from livebass.cli.options import (
     DEFAULT_PRESET,
     PATH,
     count_option,
     file_option,
     flag,
-    given,
+    is_given,
     option,
     preset_option,
     rendered_quality,
     seed_option,
 )
 from livebass.cli.progress import have_kernels, shown_progress
-from livebass.cli.said import clipping, say
 from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Note, Number, Parsed, Quantity, channel
@@ -153,8 +153,8 @@ def render(output: Path | None, preset: str | None, directory: Path | None, list
       livebass render song.mid --normalize -16
       livebass render --note E1 -o - | aplay
     """
-    tab, load = TabOptions.taken(rest, rest), Loader(rest)
-    music = Music.taken(rest)
+    tab, load = TabOptions.from_options(rest, rest), Loader(rest)
+    music = Music.from_options(rest)
     options = Options(**rest)
     check_together(music, output, directory, options)
     song = None
@@ -187,7 +187,7 @@ class Music:
     demo: str | None
 
     @classmethod
-    def taken(cls, options: dict[str, Any]) -> Music:
+    def from_options(cls, options: dict[str, Any]) -> Music:
         """Takes its options out of a command's `options`."""
         return cls(**{f.name: options.pop(f.name) for f in fields(cls)})
 
@@ -215,7 +215,7 @@ def check_together(music: Music, output: Path | None, directory: Path | None, op
         (("channel",), music.midi, "a MIDI file"),
         (("track", "bars", "dynamics"), music.midi, "a tablature"),
     ):
-        if unused := [name for name in names if wanted is None and given(name)]:
+        if unused := [name for name in names if wanted is None and is_given(name)]:
             raise click.UsageError(f"--{unused[0]} is for {what}")
 
 
@@ -223,8 +223,8 @@ def _render_music(
     music: Music, song: Song | None, output: Path, preset: str | None, options: Options, load: Loader
 ) -> str:
     """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
-    from livebass.cli.chosen import basses_of, beyond_range, check_range, remarks
-    from livebass.cli.taken import with_loaded
+    from livebass.cli.score_bass import basses_of, beyond_range, check_range, remarks
+    from livebass.cli.take_bass import load_take_basses
     from livebass.files.whole import checked_place
     from livebass.score.score import single_note
 
@@ -238,7 +238,7 @@ def _render_music(
         if output.exists() and song.path.exists() and os.path.samefile(song.path, output):
             raise click.UsageError(f"{output}: is the file to play itself; name another file with -o")
         if preset is None:
-            score, loaded = with_loaded(score, load, DEFAULT_PRESET, render)
+            score, loaded = load_take_basses(score, load, DEFAULT_PRESET, render)
         for remark in remarks(score, preset, DEFAULT_PRESET):
             say(f"{song.path}: {remark}")
     elif music.note is not None:
@@ -284,7 +284,7 @@ def _render_one(
 
     `basses`, by program, are those that program changes choose.
     """
-    return summary(_rendered(bass, score, output, options, files, basses), options.normalize)
+    return summary(_render(bass, score, output, options, files, basses), options.normalize)
 
 
 def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: dict[int, Instrument] | None) -> str:
@@ -296,7 +296,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: 
 
     with TemporaryDirectory(prefix="livebass-") as folder, noted_output():
         output = Path(folder) / f"stdout.{options.format or 'wav'}"
-        report = _rendered(bass, score, output, options, None, basses)
+        report = _render(bass, score, output, options, None, basses)
         try:
             with output.open("rb") as file:
                 shutil.copyfileobj(file, sys.stdout.buffer)
@@ -308,7 +308,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: 
     return summary(replace(report, files=(STREAM,)), options.normalize)
 
 
-def _rendered(
+def _render(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None,
     basses: dict[int, Instrument] | None,
 ) -> RenderReport:  # fmt: skip

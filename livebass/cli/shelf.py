@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from livebass.cli.messages import say
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.progress import have_kernels, shown_progress
-from livebass.cli.said import say
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -42,17 +42,17 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def page_ready(told: Callable[[float], None] = lambda done: None) -> None:
-    """Compiles what a page needs, if missing, with messages; `told` gets the fraction done, from another thread."""
+def page_ready(report: Callable[[float], None] = lambda done: None) -> None:
+    """Compiles what a page needs, if missing, with messages; `report` gets the fraction done, from another thread."""
     from livebass.web import build
 
-    have_kernels(lambda done: told(done / 2))
-    if not build.cached():
+    have_kernels(lambda done: report(done / 2))
+    if not build.is_cached():
         say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
         with shown_progress("compiling for browsers") as show:
 
             def progress(done: float) -> None:
-                told((1 + done) / 2)
+                report((1 + done) / 2)
                 if show:
                     show(done)
 

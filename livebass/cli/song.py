@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from livebass.cli.chosen import later_presets, preset_of
 from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.progress import have_kernels
+from livebass.cli.score_bass import later_presets, preset_of
 from livebass.cli.tabs import TabOptions
-from livebass.cli.taken import with_loaded
+from livebass.cli.take_bass import load_take_basses
 from livebass.files.kinds import is_tab
 from livebass.model.instrument import Instrument
 from livebass.report.text import columns
 from livebass.rows.units import one_line
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
-from livebass.score.score import LEAST_RATE, Score
+from livebass.score.score import MIN_RATE, Score
 
 if TYPE_CHECKING:
     from livebass.tab.reading import Arrangement
@@ -46,7 +46,7 @@ class Song:
         if is_tab(data):
             from livebass.tab.reading import score_of_tab
 
-            return score_of_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
+            return score_of_tab(data, self.path, rate, self.tab.request(self.preset), self.load), None
         return score_in(data, self.path, rate, self.channel), self.preset
 
     def _data(self) -> bytes:
@@ -58,14 +58,14 @@ class Song:
             raise click.UsageError(f"--channel is for MIDI files; in a tablature such as {self.path}, --track chooses")
         return data
 
-    def arranged(self) -> Arrangement:
+    def arrangement(self) -> Arrangement:
         """A tablature as livebass plays it. Raises ScoreError for another file."""
         data = file_bytes(self.path)
         if not is_tab(data):
             raise ScoreError(f"{self.path}: is not a tablature")
-        from livebass.tab.reading import arranged
+        from livebass.tab.reading import arrange
 
-        return arranged(data, self.path, self.tab.asked(self.preset), self.load)
+        return arrange(data, self.path, self.tab.request(self.preset), self.load)
 
     def table(self, command: click.Command) -> str:
         """A table of its tracks or parts, and whether each would be played; `command` has the options."""
@@ -73,7 +73,7 @@ class Song:
         if is_tab(data):
             from livebass.tab.reading import table
 
-            rows = table(data, self.path, self.tab.asked(self.preset))
+            rows = table(data, self.path, self.tab.request(self.preset))
             return "\n".join(one_line(line.rstrip()) for line in columns(rows, left=len(rows[0])))
         have_kernels()
         return _parts_table(self.path, self.channel, self.preset, self.load, command)
@@ -88,9 +88,9 @@ def _parts_table(midi: Path, channel: str | int, preset: str | None, load: Loade
     """
     loaded: Callable[[str], Instrument] = load
     try:
-        score: Score | None = score_in(None, midi, LEAST_RATE, channel)
+        score: Score | None = score_in(None, midi, MIN_RATE, channel)
         if score and preset is None:
-            score, loaded = with_loaded(score, load, DEFAULT_PRESET, command)
+            score, loaded = load_take_basses(score, load, DEFAULT_PRESET, command)
     except ScoreError:  # there is no bass in it, or `read_parts` says why it is unreadable
         score = None
     first = preset or preset_of(score, DEFAULT_PRESET)

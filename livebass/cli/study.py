@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.messages import say
 from livebass.cli.options import (
     CREATED,
     count_option,
@@ -22,9 +23,8 @@ from livebass.cli.options import (
     together,
 )
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
-from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Parsed, Quantity
-from livebass.lab.experiment.quantities import QUANTITIES, USUAL
+from livebass.lab.experiment.quantities import DEFAULT_QUANTITIES, QUANTITIES
 from livebass.model.quality import ANGLE, APEX, AT, DURATION
 from livebass.system.cores import core_count
 from livebass.system.interrupts import INTERRUPTED
@@ -64,7 +64,7 @@ pluck_options = together(
 @folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
 @file_option("--json file", "Write it as JSON to FILE.")
 @count_option(
-    "--plucks", 1000, "Plucks that judge claims about contacts; 0: only the paper's own pluck.", default=40, least=0
+    "--plucks", 1000, "Plucks that judge claims about contacts; 0: only the paper's own pluck.", default=40, minimum=0
 )
 @count_option("--workers", 64, "Number of threads.  [default: one per core]")
 def claims(
@@ -93,9 +93,9 @@ def claims(
     from livebass.report.picture import check_installed
 
     check_installed("study claims", "analysis", ("scipy.signal", *(("jinja2",) if output is not None else ())))
-    from livebass.lab.paper.claims.check import WRITERS, all_hold, check_claims, chosen, table
+    from livebass.lab.paper.claims.check import WRITERS, all_hold, check_claims, choose_claims, table
 
-    chosen(ids)  # now, not after the work
+    choose_claims(ids)  # now, not after the work
     results = []
     try:
         with Transaction() as files:
@@ -149,7 +149,7 @@ def _quantities() -> str:
 @option(
     "--quantity quantities",
     click.Choice(list(QUANTITIES)),
-    f"Quantity to draw; repeatable.  [default: {', '.join(USUAL)}]",
+    f"Quantity to draw; repeatable.  [default: {', '.join(DEFAULT_QUANTITIES)}]",
     metavar="NAME",
     multiple=True,
 )
@@ -210,11 +210,13 @@ def sweep(
     try:
         with Transaction() as new:  # directories, removed again if they stay empty
             sweeping.prepare(new, directory, file)
-            results |= sweeping.found(directory, points)
+            results |= sweeping.read_points(directory, points)
             _complete(directory, points, results, workers or core_count(), scheduler)
         made, drawn = sweeping.Sweep(axes, tuple(points), results), tuple[bytes, ...]()
         if draw:
-            drawn = sweeping.pictures(axes, {name: made.values(name) for name in quantities or USUAL}, _title(settings))
+            drawn = sweeping.pictures(
+                axes, {name: made.values(name) for name in quantities or DEFAULT_QUANTITIES}, _title(settings)
+            )
         sweeping.write(directory, made.table(), drawn, file, made.described(settings))
     except KeyboardInterrupt:
         count = sum(point.digest in results for point in points)
@@ -229,7 +231,7 @@ def _complete(
     directory: Path, points: Sequence[Point], results: dict[str, dict[str, float]], workers: int, scheduler: str | None
 ) -> None:
     """Compute the points missing in `results`, and report how many were there."""
-    from livebass.lab.experiment.sweep import completed
+    from livebass.lab.experiment.sweep import compute_missing
 
     missing = len({point.digest for point in points} - results.keys())
     there = f"{len(points)} points, {sum(point.digest in results for point in points)} found in {directory}"
@@ -239,7 +241,7 @@ def _complete(
     with _computer(workers, scheduler) as (where, compute):
         say(f"{there}, {missing} to compute {where}")
         with shown_progress("sweep") as progress:
-            for done in completed(directory, points, results, compute):
+            for done in compute_missing(directory, points, results, compute):
                 if progress:
                     progress(done / missing)
 
@@ -250,15 +252,15 @@ def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callab
 
     Compiles the kernels first if needed.
     """
-    from livebass.lab.experiment.workers import computed, connected
+    from livebass.lab.experiment.workers import compute_points, connect
 
     if scheduler is not None:
-        with connected(scheduler) as compute:
+        with connect(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
     have_kernels()  # compiled here once, not in every process
     where = f"with {workers} process{'es' * (workers != 1)}"
-    yield where, lambda points: computed(points, workers, say)
+    yield where, lambda points: compute_points(points, workers, say)
 
 
 def _title(settings: Settings) -> str:
@@ -301,7 +303,7 @@ def simulate(
     """
     from livebass.lab.experiment.simulate import simulate_to_directory
     from livebass.model.quality import quality_with
-    from livebass.model.trial import Asked
+    from livebass.model.trial import PluckRequest
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
@@ -309,7 +311,7 @@ def simulate(
     if solver == "engine":
         have_kernels()
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
-    say(simulate_to_directory(bass, Asked(quality=quality, **pluck), output, rate, solver, analyse, shape_at))
+    say(simulate_to_directory(bass, PluckRequest(quality=quality, **pluck), output, rate, solver, analyse, shape_at))
 
 
 HELP = ("-h", "--help")
@@ -370,10 +372,10 @@ def run(
     --player also writes DIR/page/livebass.html, the page of `livebass export web --single` with the paper's string.
     Cases A, B and C embed it, to show the pluck in slow motion with its sound.
     """
-    from livebass.lab.paper.figures.studies import check_extras, chosen, run_studies
+    from livebass.lab.paper.figures.studies import check_extras, choose_studies, run_studies
 
     try:
-        studies = chosen(names)
+        studies = choose_studies(names)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()

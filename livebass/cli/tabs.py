@@ -16,7 +16,7 @@ from livebass.cli.values import Number, Parsed
 from livebass.rows.techniques import PARAMETER_ROWS
 
 if TYPE_CHECKING:
-    from livebass.tab.reading import Asked
+    from livebass.tab.reading import TabRequest
 
 
 def _bars(text: str) -> range:
@@ -29,12 +29,14 @@ def _bars(text: str) -> range:
 
 
 _ROW = PARAMETER_ROWS["dynamics"]
-# The options that `TabOptions.taken` reads.
+# The options that `TabOptions.from_options` reads.
 tab_options = together(
     option("--track", str, "Track of a tablature to play.  [default: the bass]", metavar="NAME|NUMBER"),
     option("--bars", Parsed("[from-to]", _bars), "Bars of a tablature to play, such as 9-16, without repeats."),
     option(
-        "--dynamics", Number("dB", _ROW.least, _ROW.most, unit="dB"), "Play a tablature softer or harder, -12 to 12 dB."
+        "--dynamics",
+        Number("dB", _ROW.minimum, _ROW.maximum, unit="dB"),
+        "Play a tablature softer or harder, -12 to 12 dB.",
     ),
 )
 
@@ -49,16 +51,16 @@ class TabOptions:
     tuning: dict[str, Any]
 
     @classmethod
-    def taken(cls, options: dict[str, Any], sound: Mapping[str, Any]) -> TabOptions:
+    def from_options(cls, options: dict[str, Any], sound: Mapping[str, Any]) -> TabOptions:
         """Takes its options out of a command's `options`; the tuning is that of its `sound` options."""
         given = {f.name: options.pop(f.name) for f in fields(cls) if f.name != "tuning"}
         return cls(**given, tuning={name: sound[name] for name in TUNING_KEYS})
 
-    def asked(self, preset: str | None) -> Asked:
+    def request(self, preset: str | None) -> TabRequest:
         """The same for the reader, to play on `preset`, if given."""
-        from livebass.tab.reading import Asked
+        from livebass.tab.reading import TabRequest
 
-        return Asked(self.track or "", self.bars, self.dynamics or 0.0, preset, self.tuning)
+        return TabRequest(self.track or "", self.bars, self.dynamics or 0.0, preset, self.tuning)
 
     def check_unused(self, path: Path | None) -> None:
         """Raises UsageError if any is given for another file, or without one."""

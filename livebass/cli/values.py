@@ -32,9 +32,9 @@ class Parsed(click.ParamType):
 class Quantity(Parsed):
     """A number within limits, with a unit or in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
 
-    def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
+    def __init__(self, dimension: str, minimum: float, maximum: float, whole: bool = False) -> None:
         super().__init__(dimension, self.read)
-        self.limits = quality.Limits(dimension, least, most, whole)
+        self.limits = quality.Limits(dimension, minimum, maximum, whole)
 
     def read(self, text: str) -> float:
         """The number in SI."""
@@ -54,9 +54,9 @@ class Quantity(Parsed):
 class Number(Parsed):
     """A number within limits, with or without `unit` after it; `whole` ones are integers, written 1000 or 1e3."""
 
-    def __init__(self, name: str, least: float, most: float, whole: bool = False, unit: str = "") -> None:
+    def __init__(self, name: str, minimum: float, maximum: float, whole: bool = False, unit: str = "") -> None:
         super().__init__(name, self.read)
-        self.least, self.most, self.whole, self.unit = least, most, whole, unit
+        self.minimum, self.maximum, self.whole, self.unit = minimum, maximum, whole, unit
 
     def read(self, text: str) -> float | int:
         """The number."""
@@ -64,8 +64,8 @@ class Number(Parsed):
             number = float(text.removesuffix(self.unit))
         except ValueError:
             number = math.nan
-        if not self.least <= number <= self.most or (self.whole and number != int(number)):
-            raise ValueError(f"must be {between(self.least, self.most, whole=self.whole)}, not {text}")
+        if not self.minimum <= number <= self.maximum or (self.whole and number != int(number)):
+            raise ValueError(f"must be {between(self.minimum, self.maximum, whole=self.whole)}, not {text}")
         return int(number) if self.whole else number
 
 
@@ -134,5 +134,5 @@ def _note(text: str) -> Note:
 
 NOTE = Parsed("note", _note)
 RATE = Parsed("frequency", lambda text: int(Quantity(*quality.RATE).read(text)))
-MODES = Number("count", 1, quality.MOST_MODES, whole=True)
+MODES = Number("count", 1, quality.MAX_MODES, whole=True)
 CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

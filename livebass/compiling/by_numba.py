@@ -73,7 +73,7 @@ class _Files(caching.IndexDataCacheFile):
         data = io.BytesIO()
         yield data
         with super()._open_for_write(filepath) as file:
-            file.write(store.sealed(data.getvalue()))
+            file.write(store.seal(data.getvalue()))
 
     def _load_index(self) -> Any:
         if os.path.exists(self._index_path) and store.whole(Path(self._index_path)) is None:
@@ -128,7 +128,7 @@ class _Cache(caching.FunctionCache):
             super().save_overload(sig, data)
 
 
-USUAL: dict[str, Any] = {"nogil": True, "error_model": "numpy"}  # division as in C
+COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy"}  # division as in C
 # No references to Python's objects, which cost a quarter of the time; allocating code does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
 # Set for every function: otherwise it inherits the setting of whichever caller makes numba compile it first.
@@ -136,10 +136,10 @@ STRICT: dict[str, Any] = {"fastmath": False, "forceinline": False}
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: numba's `njit` with `USUAL`, `STRICT` and `options`; kept on disk."""
+    """A decorator: numba's `njit` with `COMMON`, `STRICT` and `options`; kept on disk."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        made = nb.njit(**USUAL, **{**STRICT, **options})(function)
+        made = nb.njit(**COMMON, **{**STRICT, **options})(function)
         if directory():
             made._cache = _Cache(function)
         made.compile = functools.partial(aside, made.compile)
@@ -156,11 +156,11 @@ _attributes: dict[str, str] = {}  # of functions, by name, if any
 
 
 def kernel(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: a kernel, with `options` of numba's `njit` besides `USUAL`, `LEAN` and `STRICT`.
+    """A decorator: a kernel, with `options` of numba's `njit` besides `COMMON`, `LEAN` and `STRICT`.
 
     Space-separated `attributes` are for LLVM (`attributes_of`).
     """
-    make = nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
+    make = nb.njit(**COMMON, **LEAN, **{**STRICT, **options})
 
     def decorate(function: Callable[..., Any]) -> Any:
         if "inline" in options:
@@ -174,7 +174,7 @@ def kernel(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]
 
 def share(function: Callable[..., Any]) -> None:
     """Makes a Python function known to the kernels that call it."""
-    nb.extending.register_jitable(**USUAL, **LEAN, **STRICT)(function)
+    nb.extending.register_jitable(**COMMON, **LEAN, **STRICT)(function)
 
 
 def _name(function: Callable[..., Any]) -> str:
@@ -210,7 +210,7 @@ def tell_progress(tell: Callable[[float], None], names: Iterable[str]) -> None:
     event.register("numba:compile", _Compiled(tell, set(names) - _inlined))
 
 
-def lowered(entry: Entry) -> str:
+def lower(entry: Entry) -> str:
     """Compiles an entry; returns the name of numba's function for it."""
     assert FROM_SOURCE
     made = kernel(entry.attributes)(entry.function)

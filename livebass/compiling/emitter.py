@@ -99,7 +99,7 @@ def packed_program(progress: processes.Progress = processes.silent) -> bytes:
     return store.kept_or_made(store.program_kept(), made) if came is None else came
 
 
-def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
+def parse_ir(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
     """Returns the machine of `level`, and the program `text` as a module for it that exports only the entries.
 
     `triple`: another system than this one.
@@ -134,7 +134,7 @@ def _machine(level: str, triple: str | None) -> tuple[Any, str]:
     return machine, f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
 
 
-def optimised(text: str, level: str) -> tuple[str, set[str]]:
+def optimise(text: str, level: str) -> tuple[str, set[str]]:
     """Returns the optimised IR of the program `text` for `level`, on any system, and the symbols it needs.
 
     Raises ValueError if the code needs a forbidden symbol.
@@ -142,7 +142,7 @@ def optimised(text: str, level: str) -> tuple[str, set[str]]:
     import llvmlite.binding as llvm
 
     kind = LEVELS[level]
-    machine, module = parsed(text, level, kind.triple or f"{kind.machine}-unknown-linux-gnu")
+    machine, module = parse_ir(text, level, kind.triple or f"{kind.machine}-unknown-linux-gnu")
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving = True, True
     options.slp_vectorization, options.loop_unrolling = False, False  # unrolled: a fifth longer, and not faster
@@ -161,8 +161,8 @@ def optimised(text: str, level: str) -> tuple[str, set[str]]:
     return TARGET.sub("", final), needs
 
 
-def assembled(optimised_ir: str, level: str, triple: str | None = None) -> bytes:
-    """Returns the object file of `optimised` IR for `level`. `triple`: another system than this one."""
+def assemble(optimised_ir: str, level: str, triple: str | None = None) -> bytes:
+    """Returns the object file of `optimise` IR for `level`. `triple`: another system than this one."""
     import llvmlite.binding as llvm
 
     machine, head = _machine(level, triple)
@@ -177,9 +177,9 @@ def emit(
     `triple`: another system than this one; `between` is called before generating machine code. Raises ValueError if
     the code needs a forbidden symbol.
     """
-    final, needs = optimised(text, level)
+    final, needs = optimise(text, level)
     between()
-    return assembled(final, level, triple), needs
+    return assemble(final, level, triple), needs
 
 
 def main(level: str) -> None:

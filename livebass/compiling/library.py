@@ -56,11 +56,11 @@ def object_file(data: bytes) -> Library:
     return address
 
 
-def cached() -> bool:
+def is_cached() -> bool:
     """True if the kernels are already compiled."""
-    if _loaded or store.whole(store.built()) is not None:
+    if _loaded or store.whole(store.built_library()) is not None:
         return True
-    kept = store.kept()
+    kept = store.kept_library()
     return kept is not None and store.whole(kept) is not None
 
 
@@ -81,13 +81,13 @@ def _load_once(progress: processes.Progress) -> None:
 
 
 def _load(progress: processes.Progress) -> Library:
-    if store.whole(store.built()) is not None:
+    if store.whole(store.built_library()) is not None:
         with suppress(OSError):
-            return shared_library(store.built())
-    kept = store.kept()
+            return shared_library(store.built_library())
+    kept = store.kept_library()
     damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them again"
-    data = store.kept_or_made(kept, lambda: linking.linked(compiled_here(progress)), damaged)
-    return linking.loaded(data) if linking.is_image(data) else object_file(data)
+    data = store.kept_or_made(kept, lambda: linking.link(compiled_here(progress)), damaged)
+    return linking.load_image(data) if linking.is_image(data) else object_file(data)
 
 
 def compiled_here(progress: processes.Progress = processes.silent) -> bytes:

@@ -25,12 +25,12 @@ MEMORY = ("memcpy", "memmove", "memset")
 JUMP, SLOT = b"\xff\x25\2\0\0\0\x90\x90", 8  # jmp to the address in the SLOT behind it
 
 
-def linked(data: bytes) -> bytes:
+def link(data: bytes) -> bytes:
     """Returns the image of an object file; on other systems, and of what this linker does not know, the file itself."""
     if sys.platform != "linux" or not data.startswith(ELF):
         return data
     try:
-        return _linked(data)
+        return _link_elf(data)
     except KeyError:
         return data
 
@@ -39,7 +39,7 @@ def is_image(data: bytes) -> bool:
     return data.startswith(MAGIC)
 
 
-def _linked(data: bytes) -> bytes:
+def _link_elf(data: bytes) -> bytes:
     """The same for an ELF file; raises KeyError for unknown relocations and functions."""
     kind, machine, at, size, count, names_in = unpack_from(HEADER, data)
     if (kind, machine) != (OBJECT, X86_64):
@@ -89,7 +89,7 @@ def _text(data: bytes, at: int) -> str:
     return data[at : data.index(0, at)].decode()
 
 
-def loaded(data: bytes) -> Callable[[str], int]:
+def load_image(data: bytes) -> Callable[[str], int]:
     """Loads an image, for good: threads may run it while Python ends.
 
     Returns the addresses of its entries by name. Raises OSError if the system refuses.

@@ -63,11 +63,11 @@ def program(progress: processes.Progress = processes.silent, parts: int | None =
         found = [each.result() for each in as_completed([pool.submit(of, part) for part in range(parts)])]
     finally:
         pool.shutdown(wait=False)
-    return linked(found)
+    return link_modules(found)
 
 
-def linked(parts: Iterable[Mapping[str, Mapping[str, str]]]) -> str:
-    """The module of the `parts` that `compiled` returns: callees before callers, from the first entry to the last."""
+def link_modules(parts: Iterable[Mapping[str, Mapping[str, str]]]) -> str:
+    """The module of the `parts` that `compile_entries` returns: callees before callers, in the entries' order."""
     gates: dict[str, str] = {}
     definitions: dict[str, str] = {}
     declarations: dict[str, str] = {}
@@ -97,7 +97,7 @@ def names_in(text: str) -> Iterator[str]:
     return (quoted or plain for quoted, plain in NAME.findall(text) if quoted or plain)
 
 
-def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.silent) -> dict[str, dict[str, str]]:
+def compile_entries(entries: Iterable[Entry], tell: processes.Progress = processes.silent) -> dict[str, dict[str, str]]:
     """Compiles entries: returns their gates, by entry, and the required definitions and declarations, by name.
 
     Changes numba (`only_text`, `name_records_once`) and the garbage collector for this process.
@@ -107,7 +107,7 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
     name_records_once()
     from livebass.compiling import by_numba
 
-    by_numba.tell_progress(tell, {function for entry in entries for function in reached(entry.function)})
+    by_numba.tell_progress(tell, {function for entry in entries for function in reachable(entry.function)})
     digests: dict[str, str] = {}
     definitions: dict[str, str] = {}
 
@@ -129,7 +129,7 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
 
         return NAME.sub(digest, text)
 
-    gates = {entry.name: by_digest(gate(entry, by_numba.lowered(entry))) for entry in entries}
+    gates = {entry.name: by_digest(gate(entry, by_numba.lower(entry))) for entry in entries}
     return {"gates": gates, "definitions": definitions, "declarations": declarations}
 
 
@@ -276,7 +276,7 @@ def shared_out(reaches: Mapping[str, Weights], parts: int) -> list[list[str]]:
     return [*min(cuts, key=lambda cut: max(map(weight, cut)))]
 
 
-def reached(function: Any) -> Weights:
+def reachable(function: Any) -> Weights:
     """`function`, all that it names in its package, and so on recursively; with the lengths of their code."""
     found: Weights = {}
     waiting, home = [function], function.__module__.split(".")[0]
@@ -291,11 +291,11 @@ def reached(function: Any) -> Weights:
             for code in codes:
                 codes += [inside for inside in code.co_consts if isinstance(inside, CodeType)]
             found[name] = sum(len(code.co_code) for code in codes)
-            waiting += [used for code in codes for used in _named(one, code)]
+            waiting += [used for code in codes for used in _referenced(one, code)]
     return found
 
 
-def _named(function: FunctionType, code: CodeType) -> Iterator[Any]:
+def _referenced(function: FunctionType, code: CodeType) -> Iterator[Any]:
     """Yields the values that `code`, of `function`, names: from its module, enclosing function, and their modules."""
     cells = function.__closure__ or ()
     around = {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
@@ -314,9 +314,9 @@ def main(part: str, parts: str) -> None:
 
     def work(tell: processes.Progress) -> bytes:
         found = all_entries()
-        reaches = {name: reached(entry.function) for name, entry in found.items()}
+        reaches = {name: reachable(entry.function) for name, entry in found.items()}
         names = shared_out(reaches, int(parts))[int(part)]
-        return json.dumps(compiled([found[name] for name in names], tell)).encode()
+        return json.dumps(compile_entries([found[name] for name in names], tell)).encode()
 
     processes.serve(work)
 

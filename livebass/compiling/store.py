@@ -91,8 +91,8 @@ def directory(name: str) -> Path | None:
     Its time of change becomes the time of last use. The first use of a new version deletes those long out of use.
     """
     given = os.environ.get("NUMBA_CACHE_DIR")
-    usual = Path(os.path.realpath(given or platformdirs.user_cache_path("livebass")))
-    for place in (usual, Path(tempfile.gettempdir()) / f"livebass-{_user()}"):
+    default = Path(os.path.realpath(given or platformdirs.user_cache_path("livebass")))
+    for place in (default, Path(tempfile.gettempdir()) / f"livebass-{_user()}"):
         with suppress(OSError):
             new = not (place / name).exists()
             if all(_private(folder) for folder in (place, place / name)) and os.access(place / name, os.W_OK):
@@ -135,13 +135,13 @@ def _private(place: Path) -> bool:
     return not why
 
 
-def built() -> Path:
+def built_library() -> Path:
     """The library that may have come with the package."""
     ending = {"darwin": "dylib", "win32": "dll"}.get(sys.platform, "so")
     return BUILT / f"kernels-{digest()}-{level()}.{ending}"
 
 
-def kept() -> Path | None:
+def kept_library() -> Path | None:
     """The compiled kernels that may be in the user's directory; None without a directory."""
     place = directory(f"kernels-{digest()}")
     return place / f"{level()}.code" if place else None
@@ -158,7 +158,7 @@ def program_kept() -> Path | None:
     return place / "program.ll.gz" if place else None
 
 
-def sealed(data: bytes) -> bytes:
+def seal(data: bytes) -> bytes:
     """Returns `data` with its checksum at the end."""
     return data + hashlib.sha256(data).digest()
 
@@ -169,7 +169,7 @@ def whole(path: Path) -> bytes | None:
         data = path.read_bytes()
     except OSError:
         return None
-    return data[:-CHECKSUM] if sealed(data[:-CHECKSUM]) == data else None
+    return data[:-CHECKSUM] if seal(data[:-CHECKSUM]) == data else None
 
 
 def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = "") -> bytes:
@@ -182,7 +182,7 @@ def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = ""
         return make()
     data = whole(path)
     if data is None:
-        with _locked(path):
+        with _lock(path):
             data = whole(path)  # from the other process
             if data is None:
                 if damaged and path.exists():
@@ -194,7 +194,7 @@ def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = ""
 
 
 @contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _lock(path: Path) -> Iterator[None]:
     """Locks the future file at `path`; says so if another process has. A process that ended holds no lock.
 
     Without locks, or room for a file, the block runs unlocked.
@@ -237,7 +237,7 @@ def write(path: Path, data: bytes) -> None:
     handle, name = tempfile.mkstemp(dir=path.parent)
     try:
         with open(handle, "wb") as file:
-            file.write(sealed(data))
+            file.write(seal(data))
         os.replace(name, path)
     except BaseException:
         with suppress(OSError):

@@ -9,7 +9,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.engine.engine import Block, Engine, Playing, Report, mixed, single
+from livebass.engine.engine import Block, Engine, Playing, Report, mix_strings, single
 from livebass.kernels.player.performer import FADE, OVER
 from livebass.kernels.player.words import row_of
 from livebass.kernels.score.memory import PROGRAM
@@ -57,9 +57,9 @@ class Basses(Playing):
                 self._change(frame, first)
                 continue
             member, *before = self._members
-            told = member.engine.play_words(frames[k : k + 1] - member.began, words[k : k + 1])
+            received = member.engine.play_words(frames[k : k + 1] - member.began, words[k : k + 1])
             for other in before:
-                other.engine.ring_on(frame - other.began, word, member.engine, told)
+                other.engine.ring_on(frame - other.began, word, member.engine, received)
 
     def _change(self, frame: int, program: int) -> None:
         """Starts the bass of a program at `frame`, unless it is already playing or does not exist."""
@@ -79,7 +79,7 @@ class Basses(Playing):
     def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
         def process(engine: Engine, n: int) -> Block:
             strings, mix = engine.process_with_mix(n, pool)
-            return strings, mixed(single(strings)) if mix is None else mix
+            return strings, mix_strings(single(strings)) if mix is None else mix
 
         return self._process(count, process)
 

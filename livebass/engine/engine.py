@@ -243,7 +243,7 @@ class Engine(Playing):
 
     def _take_values(self) -> None:
         """Begins with the values of the parameters that play the bass, as a host sets them at frame 0."""
-        events = np.zeros(performer.MOST_EVENTS, EVENT)
+        events = np.zeros(performer.MAX_EVENTS, EVENT)
         for symbol, value in self.instrument.played:
             kind, number = event(PARAMETER_ROWS[symbol]) or (0, 0)
             self.performer["out"] = 0, events.ctypes.data, 0
@@ -273,17 +273,17 @@ class Engine(Playing):
 
     def play_words(self, frames: NDArray[np.int64], words: NDArray[np.int64]) -> NDArray[np.void]:
         """`play_messages` for words, as `send_words` takes them."""
-        events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
+        events = np.zeros(performer.MAX_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for frame, word in zip(frames.tolist(), words.tolist(), strict=True):
             count = take_message(self.performer, self.pool.records, frame, row_of(word), events, count)
         self._take(events[:count])
         return events[:count]
 
-    def ring_on(self, frame: int, word: int, player: Engine, told: NDArray[np.void]) -> None:
-        """Takes a word at `frame` that `player`, now playing, turned into the events `told`; starts no note."""
-        p, events = self.performer, np.zeros(performer.MOST_EVENTS, EVENT)
-        p["out"], player.performer["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
+    def ring_on(self, frame: int, word: int, player: Engine, received: NDArray[np.void]) -> None:
+        """Takes a word at `frame` that `player`, now playing, turned into the events `received`; starts no note."""
+        p, events = self.performer, np.zeros(performer.MAX_EVENTS, EVENT)
+        p["out"], player.performer["out"] = (frame, events.ctypes.data, 0), (frame, received.ctypes.data, len(received))
         places = (p.ctypes.data, self.pool.records.ctypes.data, player.performer.ctypes.data)
         messages.take_word_ringing(*places, word & (1 << 32) - 1, row_of(word)[2])
         self._take(events[: int(p["out"]["count"][0])])
@@ -320,7 +320,7 @@ class Engine(Playing):
         strings = self.process(count, pool)
         if self.instrument.effects == Effects():
             return strings, None
-        mix = mixed(single(strings))
+        mix = mix_strings(single(strings))
         add_effects(self.bass.effects, mix.ctypes.data, first, count)
         return strings, mix
 
@@ -331,8 +331,8 @@ class Engine(Playing):
 
     def _add_floor(self, out: NDArray[np.float64], events: NDArray[np.void]) -> NDArray[np.float64]:
         """Adds the floor to a block of the first string, and returns the floor; `events` (n,): that string's."""
-        floor, told = np.abs(out).max(axis=0), np.ascontiguousarray(events)
-        add_floor(self.bass.address, floor.ctypes.data, len(floor), told.ctypes.data, len(told))
+        floor, received = np.abs(out).max(axis=0), np.ascontiguousarray(events)
+        add_floor(self.bass.address, floor.ctypes.data, len(floor), received.ctypes.data, len(received))
         out[0] += floor
         return np.asarray(floor)
 
@@ -363,7 +363,7 @@ def check_tail(tail: float | None) -> None:
         within("tail", tail, 0, LONGEST, "s")
 
 
-def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
+def mix_strings(strings: NDArray[np.float32]) -> NDArray[np.float32]:
     """Sums (n_strings, n_frames) string after string in float32, (n_frames,): stems add up to the mix."""
     mix = strings[0].copy()
     for string in strings[1:]:

@@ -24,7 +24,7 @@ from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
 from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
 from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
-from livebass.kernels.string.told import TOLD
+from livebass.kernels.string.reports import REPORTS
 from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.quality import Quality
@@ -98,7 +98,7 @@ class Image:
         building["file"], building["tier"], building["rate"] = self.address, tier, rate
         building["seed"], building["ahead"], building["play_string"] = seed & SEEDS, play_string != 0, play_string
         building["operators"] = [[pools[k].records.ctypes.data for k in (0, -1)]]
-        building["log_room"], building["told_room"] = contacts, events
+        building["log_room"], building["report_room"] = contacts, events
         building["over_frets"], building["over_board"] = over_frets.address, over_board.address
         measure_bass(building.ctypes.data)
         memory = zeroed_lines(int(building["bytes"][0]) // WORD)
@@ -147,22 +147,22 @@ class Bass:
         first = int(address) - self.address
         return self.memory.view(np.uint8)[first : first + count * kind.itemsize].view(kind)
 
-    def told(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """The TOLD of string `i`, (1,), and the events it received since it was still, (n,) EVENT, in order.
+    def reports(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """The REPORTS of string `i`, (1,), and the events it received since it was still, (n,) EVENT, in order.
 
         Raises LookupError if it does not keep that many.
         """
-        told, events = self.ring_of_events(i)
-        count = int(self.voices[i].record[0]["told_count"])
+        reports, events = self.ring_of_events(i)
+        count = int(self.voices[i].record[0]["report_count"])
         if count > len(events):
             raise LookupError(f"string {i}: {count} events since it was still, {len(events)} of them kept")
-        return told, events[:count]
+        return reports, events[:count]
 
     def ring_of_events(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """The TOLD of string `i`, (1,), and the ring of events it received, (room,) EVENT."""
+        """The REPORTS of string `i`, (1,), and the ring of events it received, (room,) EVENT."""
         v = self.voices[i].record[0]
-        place, room = int(v["told"]), int(v["told_room"])
-        return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, room)
+        place, room = int(v["reports"]), int(v["report_room"])
+        return self._view(place, REPORTS), self._view(place + REPORTS.itemsize, EVENT, room)
 
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
@@ -177,7 +177,7 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     lists = (given, modes, numbers, heights)
     rest = b"".join(each.tobytes() for each in lists) + (response.played if response else b"")
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
-    return sealed(head.tobytes() + rest)
+    return seal(head.tobytes() + rest)
 
 
 def put_head(instrument: Instrument, qualities: Sequence[Quality], to: NDArray[np.void]) -> None:
@@ -188,7 +188,7 @@ def put_head(instrument: Instrument, qualities: Sequence[Quality], to: NDArray[n
     to["instrument"] = bass_numbers(instrument, qualities, instrument.frets)
 
 
-def sealed(data: bytes) -> bytes:
+def seal(data: bytes) -> bytes:
     """These bytes, whole words, followed by their checksum."""
     words = np.frombuffer(data, "<i8")
     return data + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from livebass.kernels.bass.instrument import BEYOND, INSTRUMENT, whole_steps
 from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
 from livebass.kernels.bass.strings import new_performer as make_performer
-from livebass.kernels.effects.records import LEAST_RATE
+from livebass.kernels.effects.records import MIN_RATE
 from livebass.kernels.pickup import coil
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.player import controls, messages
@@ -26,20 +26,20 @@ from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.player.words import KIND_BIT, STATUS
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.string.records import BETWEEN, CONTACT, DOUBLE, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
+from livebass.kernels.string.records import BETWEEN, CONTACT, DOUBLE, MAX_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
 from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED
-from livebass.model.quality import MOST_MODES, QUALITIES, Quality
+from livebass.model.quality import MAX_MODES, QUALITIES, Quality
 from livebass.rows.arrays import Floats
 from livebass.rows.bounds import refusal, within
 from livebass.rows.parts import Knobs, NoteNumbers, Pick
 from livebass.rows.row import rows, words
 from livebass.rows.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
-MOST_PHASES = 2000
+MAX_PHASES = 2000
 LINE = 8  # float64 in a cache line
 
 
@@ -53,7 +53,7 @@ class Rates:
     def __post_init__(self) -> None:
         if self.contact_rate < self.rate:
             raise refusal("contact rate", f"at least the audio rate, {self.rate} Hz", f"{self.contact_rate} Hz")
-        if self.denominator > MOST_PHASES:
+        if self.denominator > MAX_PHASES:
             raise ValueError(
                 f"contact rate {self.contact_rate} Hz: its ratio to {self.rate} Hz is not simple enough;"
                 f" {whole_contact_rate(self.contact_rate, self.rate)} Hz is"
@@ -150,9 +150,9 @@ def note_numbers(notes: Sequence[Note], playable: bool) -> tuple[NDArray[np.void
 def _check(note: Note, playable: bool) -> None:
     """Raises ValueError for a note with more modes or contact points than the kernels take."""
     s, count = note.speaking, note.modes
-    within("modes", count, 1, min(MOST_MODES, s.grid_points - 1))
+    within("modes", count, 1, min(MAX_MODES, s.grid_points - 1))
     points = len(s.contact_position)
-    if points > MOST_NEAR and not playable and (count < s.grid_points - 1 or points > ROW):
+    if points > MAX_NEAR and not playable and (count < s.grid_points - 1 or points > ROW):
         raise ValueError(f"{points} contact points, {count} modes: a board needs a grid of one step more than modes")
 
 
@@ -376,7 +376,7 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
     fill(numbers, bass.effects)
     response = bass.effects.response
-    numbers["response_rate"] = response.rate if response else LEAST_RATE
+    numbers["response_rate"] = response.rate if response else MIN_RATE
     numbers["response_count"] = len(response.played) // DOUBLE if response else 0
     if bass.over_board:
         numbers["player"]["thumb_mass"] = 0.0  # it would press the string onto hundreds of points

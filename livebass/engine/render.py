@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Block, Engine, Playing, Report, check_tail, single
-from livebass.engine.engine import mixed as mixed
+from livebass.engine.engine import mix_strings as mix_strings
 from livebass.files.whole import Transaction, checked_place, output_error
 from livebass.kernels.player.messages import NOTE_ON
 from livebass.model.instrument import Effects, Instrument
@@ -29,7 +29,7 @@ from livebass.sound.meter import LoudnessMeter
 
 CEILING = -1.0  # dB re full scale: highest peak after normalizing
 Sound = tuple[NDArray[np.float32], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
-USUAL_TAIL = 1.0  # s, guess of the engine's tail, to show progress
+DEFAULT_TAIL = 1.0  # s, guess of the engine's tail, to show progress
 
 
 class RenderError(ValueError):
@@ -125,7 +125,7 @@ def render_to_file(
         raise ValueError(f"the score is in frames of {score.rate} Hz, the render in {rate} Hz")
     check_tail(tail)
     kind = encoding(out, rate, options.get("format"), options.get("bits"))
-    expected = score.end_frame + round((USUAL_TAIL if tail is None else tail) * rate)
+    expected = score.end_frame + round((DEFAULT_TAIL if tail is None else tail) * rate)
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
     score = with_low_notes(score, instrument)
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
@@ -146,13 +146,13 @@ def render_to_file(
 
     with Transaction() if files is None else nullcontext(files) as files, ExitStack() as ends:
         blocks = _blocks(engine, score, tail, [instrument, *(basses or {}).values()])
-        sound = _scaled(blocks, 10 ** (gain_db / 20) if meter is None else 1.0, rate, tick)
+        sound = _scale(blocks, 10 ** (gain_db / 20) if meter is None else 1.0, rate, tick)
         if meter is not None and normalize is not None:
-            sound, gain_db = ends.enter_context(_normalized(sound, meter, normalize, out))
+            sound, gain_db = ends.enter_context(_normalize(sound, meter, normalize, out))
         writers = [AudioWriter(files, path, kind) for path in paths]
         mix_writer = AudioWriter(files, out, kind)
         for sounds, wet in sound:
-            mix = mixed(sounds) if wet is None else wet
+            mix = mix_strings(sounds) if wet is None else wet
             for writer, string in zip(writers, sounds, strict=bool(paths)):
                 writer.write(string)
             mix_writer.write(mix)
@@ -170,7 +170,7 @@ def render_to_file(
         peak_db=20 * math.log10(peak) if peak else -math.inf,
         gain_db=gain_db,
         loudness=None if meter is None else meter.loudness() + gain_db,
-        switches=_pressed(score, instrument),
+        switches=_count_switches(score, instrument),
     )
 
 
@@ -220,14 +220,14 @@ def _player(
     return Basses(engine, chosen) if chosen else engine
 
 
-def _pressed(score: Score, instrument: Instrument) -> int:
+def _count_switches(score: Score, instrument: Instrument) -> int:
     """Number of note-ons in `score` that press key switches of the bass."""
     struck = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     return int(np.count_nonzero(np.isin(struck, list(instrument.switches))))
 
 
 @contextmanager
-def _normalized(
+def _normalize(
     blocks: Iterator[Sound], meter: LoudnessMeter, target: float, out: Path
 ) -> Iterator[tuple[Iterator[Sound], float]]:
     """Yields `blocks` at the `target` loudness (LUFS), and its gain, dB; lower if the peak would exceed CEILING.
@@ -241,7 +241,7 @@ def _normalized(
         try:
             kept = ends.enter_context(tempfile.TemporaryFile(dir=folder))
             for strings, wet in blocks:
-                mix = mixed(strings) if wet is None else wet
+                mix = mix_strings(strings) if wet is None else wet
                 meter.add(mix)
                 peak = max(peak, float(np.max(np.abs(mix), initial=0.0)))
                 sizes.append((*strings.shape, wet is not None))
@@ -271,7 +271,7 @@ def _blocks(engine: Playing, score: Score, tail: float | None, basses: list[Inst
     return ((strings, None) for strings in engine.play(score, tail))
 
 
-def _scaled(blocks: Iterator[Block], gain: float, rate: int, tick: Callable[[int], None]) -> Iterator[Sound]:
+def _scale(blocks: Iterator[Block], gain: float, rate: int, tick: Callable[[int], None]) -> Iterator[Sound]:
     """Applies the gain to each block, and ticks after its use. Raises RenderError for NaN and infinity."""
     frame = 0
     for block, wet in blocks:

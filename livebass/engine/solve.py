@@ -104,7 +104,7 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
     return np.stack([q, pace * p - sigma * q], axis=1)
 
 
-def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
+def output_signal(trial: Trial, output: Output) -> NDArray[np.float64]:
     """The signal of `trial`, (trial.samples,), full scale 1: as from `Engine`, but released without a pull.
 
     Raises ValueError if a sample is not a whole number of fine steps.

@@ -30,7 +30,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine
-from livebass.engine.render import RenderError, mixed, string_names
+from livebass.engine.render import RenderError, mix_strings, string_names
 from livebass.files.whole import Transaction, whole_directory
 from livebass.kernels.player.constants import STANDARD
 from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
@@ -244,16 +244,16 @@ def write_pack(pack: Pack, directory: Path, progress: Progress | None = None) ->
     same files, bit for bit, on one kind of processor. Raises ValueError, OutputError, RenderError. [main thread]
     """
     rate = pack.settings.rate
-    with whole_directory(directory, is_pack) as new, closing(_played(pack)) as sounds:
+    with whole_directory(directory, is_pack) as new, closing(_play_samples(pack)) as sounds:
         (new / FOLDER).mkdir()
         done, frames, stored = steps(progress, len(pack.samples)), 0, []
         for sample, sound in sounds:
-            kept = _lowered(sound)
+            kept = _lower_peak(sound)
             with Transaction() as files:
                 writer = AudioWriter(files, new / FOLDER / sample.file, pack.encoding)
                 writer.write(kept)
                 writer.close()
-            stored.append(_stored(sound, kept, rate))
+            stored.append(_measure_levels(sound, kept, rate))
             frames += len(sound)
             done()
         with Transaction() as files:
@@ -271,7 +271,7 @@ def estimated_size(pack: Pack) -> int:
         if mine:
             sample = mine[len(mine) // 2]
             file = io.BytesIO()
-            sound = _lowered(played(pack.engine.another(sample.seed), sample, pack.settings.length))
+            sound = _lower_peak(play_sample(pack.engine.another(sample.seed), sample, pack.settings.length))
             soundfile.write(file, sound, pack.settings.rate, SUBTYPES["flac"]["24"], format="FLAC")
             total += len(file.getvalue()) * sum(s.zone.string == string for s in pack.samples)
     return total
@@ -291,12 +291,12 @@ def is_pack(entries: list[Path]) -> bool:
     return text.startswith(HEAD) and samples <= set(re.findall(r"sample=(\S+)", text))
 
 
-def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, None]:
+def _play_samples(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, None]:
     """Yields each sample of `pack` with its sound (n,), in order; computes one per core at a time."""
     engine, stop = pack.engine, StopFlag()
 
     def play(sample: Sample) -> NDArray[np.float32]:
-        return played(engine.another(sample.seed), sample, pack.settings.length, stop)
+        return play_sample(engine.another(sample.seed), sample, pack.settings.length, stop)
 
     cores, ahead = core_count(), deque[tuple[Sample, Future[NDArray[np.float32]]]]()
     with ThreadPoolExecutor(cores) as workers:
@@ -312,7 +312,7 @@ def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, N
             workers.shutdown(wait=False, cancel_futures=True)
 
 
-def played(engine: Engine, sample: Sample, length: float, stop: StopFlag | None = None) -> NDArray[np.float32]:
+def play_sample(engine: Engine, sample: Sample, length: float, stop: StopFlag | None = None) -> NDArray[np.float32]:
     """The sound (n,) of a sample on an `engine` at rest, at most `length` s, with its end. Raises RenderError.
 
     Once `stop` is set, it returns an unusable partial sound. [any thread]
@@ -322,15 +322,15 @@ def played(engine: Engine, sample: Sample, length: float, stop: StopFlag | None 
     for strings in engine.play(single_note(sample.zone.note, sample.velocity, length, rate), 0.0):
         if not np.isfinite(strings).all():
             raise RenderError(f"the sound of {note_name(sample.zone.note)} is not finite; please report the preset")
-        blocks.append(mixed(strings.astype(np.float32)))
+        blocks.append(mix_strings(strings.astype(np.float32)))
         loudest = float(np.max(np.abs(blocks[-1]), initial=0.0))
         peak = max(peak, loudest)
         if loudest <= QUIET * peak or (stop is not None and stop.is_set()):
             break
-    return ended(np.concatenate(blocks), rate, round(length * rate))
+    return cut_end(np.concatenate(blocks), rate, round(length * rate))
 
 
-def ended(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.float32]:
+def cut_end(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.float32]:
     """`sound` (n,) cut where it stays quiet, with a fade; a sound of `longest` frames fades out slowly."""
     loud = np.flatnonzero(np.abs(sound) > QUIET * np.max(np.abs(sound), initial=0.0))
     fade = round(FADE * rate)
@@ -345,13 +345,13 @@ def ended(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.flo
     return kept
 
 
-def _lowered(sound: NDArray[np.float32]) -> NDArray[np.float32]:
+def _lower_peak(sound: NDArray[np.float32]) -> NDArray[np.float32]:
     """`sound`, scaled down if it exceeds or nearly reaches full scale."""
     peak = float(np.max(np.abs(sound), initial=0.0))
     return sound if peak <= FULL else sound * np.float32(FULL / peak)
 
 
-def _stored(sound: NDArray[np.float32], kept: NDArray[np.float32], rate: int) -> Stored:
+def _measure_levels(sound: NDArray[np.float32], kept: NDArray[np.float32], rate: int) -> Stored:
     part = sound[: round(LEVEL_TIME * rate)].astype(np.float64)
     power = float(np.mean(part**2)) if part.size else 0.0
     peaks = [float(np.max(np.abs(s), initial=0.0)) for s in (sound, kept)]
@@ -420,8 +420,8 @@ def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str
     for velocity, level, layer, (lowest, highest) in zip(chosen, levels, by_layer, edges(chosen), strict=True):
         points = sorted({*range(lowest, highest, CURVE_STEP), velocity, highest})
         gains = [level_at(v, chosen, levels, hardness) - level for v in points]  # dB
-        most = max(gains)
-        curve = [f"amp_velcurve_{v}={10 ** ((g - most) / 20):.5f}" for v, g in zip(points, gains, strict=True)]
+        maximum = max(gains)
+        curve = [f"amp_velcurve_{v}={10 ** ((g - maximum) / 20):.5f}" for v, g in zip(points, gains, strict=True)]
         lines += [
             "",
             f"// {note_name(zone.note)}: {where}, velocity {velocity}, {level:.2f} dB",
@@ -433,7 +433,7 @@ def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str
             lines += [
                 f"// seed {samples[i].seed}",
                 f"<region> sample={samples[i].file} seq_position={samples[i].robin + 1}"
-                f" volume={most + stored[i].lowered:.3f}",
+                f" volume={maximum + stored[i].lowered:.3f}",
             ]
     return lines
 

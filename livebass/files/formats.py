@@ -23,7 +23,7 @@ RENAMED: dict[str, dict[str, str]] = {
 }
 
 
-def checked(kind: str, data: dict[str, Any]) -> dict[str, Any]:
+def check_format(kind: str, data: dict[str, Any]) -> dict[str, Any]:
     """The tables of a file without its format. Raises ValueError if this version does not read that."""
     number, last = data.get(KEY, 1), FORMATS[kind]
     if not isinstance(number, int) or isinstance(number, bool) or number < 1:
@@ -33,7 +33,7 @@ def checked(kind: str, data: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in data.items() if key != KEY}
 
 
-def renamed(kind: str, data: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+def rename_keys(kind: str, data: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
     """The tables of a file with today's names, and a line for each old name, with the one to write."""
     made, lines = data, list[str]()
     for old, new in RENAMED[kind].items():

@@ -77,8 +77,8 @@ _IN_ZIP = (
 TEXT_TAB = "a text tab"
 _DASH = r"[\-\u2010-\u2015\u2212\u2500]"
 _STRING = re.compile(rf"[>\s]*[A-Ha-h]?[#b]?\d?\s*(?:[|:\[\]]|{_DASH}).*")  # a line of a text tab
-_LEAST_STRINGS = 3  # lines one below the other
-_LEAST_DASHES, _LEAST_PART = 2, 0.4  # in each line; of its characters, with bar lines
+_MIN_STRINGS = 3  # lines one below the other
+_MIN_DASHES, _MIN_PART = 2, 0.4  # in each line; of its characters, with bar lines
 # Extensions of scores, for files whose bytes tell nothing
 _ENDINGS = {
     **{f".gp{version}": f"a Guitar Pro {version} file" for version in (1, 2, 3, 4, 5)},
@@ -124,9 +124,9 @@ def _is_text_tab(text: str) -> bool:
     strings: list[str] = []
     for line in text.splitlines():
         dashes, bars = len(re.findall(_DASH, line)), line.count("|")
-        is_string = _STRING.fullmatch(line) and dashes >= _LEAST_DASHES and dashes + bars >= _LEAST_PART * len(line)
+        is_string = _STRING.fullmatch(line) and dashes >= _MIN_DASHES and dashes + bars >= _MIN_PART * len(line)
         strings = [*strings, line] if is_string else []
-        if len(strings) >= _LEAST_STRINGS and any(c.isdigit() for c in "".join(strings)):
+        if len(strings) >= _MIN_STRINGS and any(c.isdigit() for c in "".join(strings)):
             return True
     return False
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from livebass.system.interrupts import uninterrupted
+from livebass.system.interrupts import hold_signals
 
 try:
     import fcntl
@@ -114,7 +114,7 @@ def _prefix(place: Path, ending: str) -> str:
     return f".{place.name[:40]}.{ending}-"
 
 
-def _locked(path: Path) -> int:
+def _lock_file(path: Path) -> int:
     """Creates a file, locks it for this process while it is open, and returns its descriptor."""
     while True:
         fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
@@ -165,7 +165,7 @@ class Transaction:
                 self._sync()
                 complete = True
         finally:
-            with uninterrupted():
+            with hold_signals():
                 try:
                     if complete:
                         self._commit()
@@ -199,7 +199,7 @@ class Transaction:
         _remove_leftovers(place)
         self._files.append(file)  # before it exists: an interrupt in between leaves nothing
         try:
-            fd = _locked(file.temporary)
+            fd = _lock_file(file.temporary)
         except OSError as error:
             raise output_error(path, error) from None
         self._closing.callback(os.close, fd)
@@ -284,7 +284,7 @@ def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> 
             try:
                 trial.directory(path)
             finally:
-                with uninterrupted():
+                with hold_signals():
                     trial._discard()
             return []
         if not place.is_dir():
@@ -314,13 +314,13 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
             new = place / f".{TEMPORARY}-{os.urandom(4).hex()}"
             ended.callback(_remove_directory, new)  # before it exists: an interrupt in between leaves nothing
             new.mkdir()
-            ended.callback(os.close, _held(new))
+            ended.callback(os.close, _hold_directory(new))
         try:
             with noted_output():  # by their temporary names
                 yield new
         except OutputError as error:
             raise OutputError(str(error).replace(str(new), str(path))) from None
-        with uninterrupted():
+        with hold_signals():
             with _said_of(path, "directory"):
                 _move_in(new, there)
             _note_completed(path)
@@ -339,7 +339,7 @@ def _said_of(path: Path, kind: str) -> Iterator[None]:
         raise output_error(path, error) from None
 
 
-def _held(directory: Path) -> int:
+def _hold_directory(directory: Path) -> int:
     """Opens and locks a directory for this process; returns its descriptor."""
     fd = os.open(directory if fcntl else os.devnull, os.O_RDONLY)
     with suppress(OSError):  # a file system without locks
@@ -349,7 +349,7 @@ def _held(directory: Path) -> int:
 
 
 def _remove_directory(directory: Path) -> None:
-    with uninterrupted():
+    with hold_signals():
         shutil.rmtree(directory, ignore_errors=True)
 
 

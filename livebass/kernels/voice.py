@@ -11,7 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, stop, tension, told, touch, turning
+from livebass.kernels.string import answers, glide, modal, reports, stop, tension, touch, turning
 from livebass.kernels.string.records import (
     BATCH,
     BEND,
@@ -24,7 +24,7 @@ from livebass.kernels.string.records import (
     HAND,
     IDLE,
     LONGER,
-    MOST_NEAR,
+    MAX_NEAR,
     NONE,
     OPERATOR,
     PLUCK,
@@ -73,7 +73,7 @@ def run(string, ops, events, count, out, across):
         if used < count and events[used].frame <= voice.frame:
             held = filter_batch(string, out, i, held)
         while used < count and events[used].frame <= voice.frame:
-            told.remember(voice, events[used])
+            reports.remember(voice, events[used])
             handle_event(string, ops, events[used])
             used += 1
         if voice.still:
@@ -369,10 +369,10 @@ def filter_sample(voice, x):
 @jit
 def flush_filters(voice):
     """Flushes the filters to zero once their memory is inaudible or NaN."""
-    most = abs(voice.block_in) + abs(voice.block_out)
+    maximum = abs(voice.block_in) + abs(voice.block_out)
     for i in range(3):
-        most += abs(voice.z[i])
-    if most < INAUDIBLE or not most < np.inf:
+        maximum += abs(voice.z[i])
+    if maximum < INAUDIBLE or not maximum < np.inf:
         voice.block_in = 0.0
         voice.block_out = 0.0
         for i in range(3):
@@ -406,7 +406,7 @@ def move_string(string, ops):
             modal.leap_fading(slot.u, slot.active, leap, slot.hand)
             modal.leap_fading(slot.v, slot.v_active, leap, slot.hand)
         else:
-            over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
+            over = voice.over_board if op.points > MAX_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
             if slot.hand < 1.0:
                 modal.scale(slot.u, slot.active, slot.hand)

@@ -16,7 +16,7 @@ from livebass.preset.load import preset_names
 from livebass.rows.bounds import between
 from livebass.rows.techniques import PARAMETER_ROWS, Parameter, event
 
-MOST_COUNT = (1 << 31) - 1  # OSC integers are 32-bit
+MAX_COUNT = (1 << 31) - 1  # OSC integers are 32-bit
 
 
 class Presets(Protocol):
@@ -42,7 +42,7 @@ def control_table(
 
     def moved(p: Parameter, kind: int, number: int) -> Control:
         def write(value: Value) -> None:
-            synth().set_value(kind, number, held(p, value))
+            synth().set_value(kind, number, parameter_value(p, value))
 
         return Control(write, lambda: synth().value(kind, number))
 
@@ -53,7 +53,7 @@ def control_table(
         synth().runs_ahead = switch(value)
 
     def cores(value: Value) -> None:
-        synth().ask_for_cores(round(held(PARAMETER_ROWS["cores"], value)))
+        synth().ask_for_cores(round(parameter_value(PARAMETER_ROWS["cores"], value)))
 
     def bass(value: Value) -> None:
         presets.choose(preset=value if isinstance(value, str) else at(preset_names(), value))
@@ -63,20 +63,20 @@ def control_table(
         presets.choose(quality=value if isinstance(value, str) else at(points, value))
 
     def tempo(value: Value) -> None:
-        desk.tempo = checked(value, *TEMPOS)
+        desk.tempo = check_number(value, *TEMPOS)
 
     def loop(begin: Value, end: Value) -> None:
         if desk.follows_transport:
             raise ValueError("JACK's transport controls this")
-        part = checked(begin, 0.0, math.inf), checked(end, 0.0, math.inf)
+        part = check_number(begin, 0.0, math.inf), check_number(end, 0.0, math.inf)
         desk.loop = part if part[1] > part[0] else None
 
     def metronome(value: Value) -> None:
-        beats = checked(value, *BEATS) if value else 0.0
+        beats = check_number(value, *BEATS) if value else 0.0
         desk.click(beats, synth().rate, synth().frame)
 
     def note(key: Value, velocity: Value) -> None:
-        key, velocity = int(checked(key, 0, 127)), int(checked(velocity, 0, 127))
+        key, velocity = int(check_number(key, 0, 127)), int(check_number(velocity, 0, 127))
         synth().send(0x90 if velocity else 0x80, key, velocity)
 
     table = {p.symbol: moved(p, *found) for p in PARAMETERS if (found := event(p))}
@@ -93,36 +93,36 @@ def control_table(
     if desk.score:
         table |= {
             "rolling": Control(lambda value: roll(switch(value)), lambda: int(desk.rolling)),
-            "position": Control(lambda value: seek(checked(value, 0.0, desk.length)), lambda: desk.position),
+            "position": Control(lambda value: seek(check_number(value, 0.0, desk.length)), lambda: desk.position),
             "tempo": Control(tempo, lambda: desk.tempo),
             "loop": Control(loop, lambda: desk.loop[0] if desk.loop else -1.0),
         }
     return table
 
 
-def checked(value: Value, least: float, most: float) -> float:
+def check_number(value: Value, minimum: float, maximum: float) -> float:
     """The number `value`. Raises ValueError for text and outside the limits."""
-    if isinstance(value, str) or not least <= value <= most:
-        raise ValueError(f"must be a number {between(least, most)}, not {value!r}")
+    if isinstance(value, str) or not minimum <= value <= maximum:
+        raise ValueError(f"must be a number {between(minimum, maximum)}, not {value!r}")
     return float(value)
 
 
-def held(p: Parameter, value: Value) -> float:
+def parameter_value(p: Parameter, value: Value) -> float:
     """A value for the parameter `p`, from a number within its limits or the name of a point."""
     if isinstance(value, str) and value in p.points:
         return float(p.points.index(value))
-    number = checked(value, p.least, p.most)
+    number = check_number(value, p.minimum, p.maximum)
     return float(round(number)) if p.whole else number
 
 
 def switch(value: Value) -> bool:
     """True or False, from 1 or 0."""
-    return checked(value, 0, 1) >= 0.5
+    return check_number(value, 0, 1) >= 0.5
 
 
 def at(names: list[str], value: Value) -> str:
     """The name at index `value`, from 0."""
-    return names[int(checked(value, 0, len(names) - 1))]
+    return names[int(check_number(value, 0, len(names) - 1))]
 
 
 def meter_table(reading: Reading | None) -> dict[str, Value]:
@@ -130,7 +130,7 @@ def meter_table(reading: Reading | None) -> dict[str, Value]:
     if reading is None:
         return {}
     m = reading.meters
-    counts = {name: getattr(m, name) & MOST_COUNT for name in (*COUNTS, "lost")}
+    counts = {name: getattr(m, name) & MAX_COUNT for name in (*COUNTS, "lost")}
     return {"load": reading.median, "worst": m.worst, "peak": decibels(m.peak)} | counts
 
 

@@ -213,16 +213,16 @@ def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
 class MidiLearn:
     """Waits for a control to move, and assigns it to a parameter.
 
-    The parameters that were `asked` come first; `next_parameter` steps through all.
+    The parameters that were `requested` come first; `next_parameter` steps through all.
     """
 
-    def __init__(self, desk: Desk, asked: Iterable[str] = ()) -> None:
+    def __init__(self, desk: Desk, requested: Iterable[str] = ()) -> None:
         self.desk = desk
-        self._asked = list(asked)
+        self._requested = list(requested)
         self._symbol: str | None = None  # the parameter that waits for a control
         self._seen = 0
-        if self._asked:
-            self._wait_for(self._asked.pop(0))
+        if self._requested:
+            self._wait_for(self._requested.pop(0))
 
     def next_parameter(self) -> None:
         """Waits for a control for the next parameter, initially the first; stops after the last."""
@@ -248,5 +248,5 @@ class MidiLearn:
         self.desk.learn(self._symbol, controller)
         LOG.info("controller %d now moves %s", controller, PARAMETERS[NUMBERS[self._symbol]].name.lower())
         self._symbol = None
-        if self._asked:
-            self._wait_for(self._asked.pop(0))
+        if self._requested:
+            self._wait_for(self._requested.pop(0))

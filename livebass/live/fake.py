@@ -7,7 +7,7 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.live.lost import OutputLost
+from livebass.live.device_errors import OutputLost
 from livebass.live.portaudio import CallbackData
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.desk import Desk
+from livebass.live.device_errors import OutputLost, one_line
 from livebass.live.guards import call_with_timeout, open_jack_client, silenced_stderr
-from livebass.live.lost import OutputLost, one_line
 from livebass.live.synth import Synth, touch
 from livebass.live.thread import callbacks
 from livebass.model.quality import BLOCK
@@ -79,7 +79,7 @@ class JackOutput:
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
         ffi, lib, r, address = self._jack._ffi, self._jack._lib, self.record, self._address
-        self._sheets = np.zeros((2 + MOST_STRINGS, callbacks.MOST_FRAMES), np.float32)
+        self._sheets = np.zeros((2 + MAX_STRINGS, callbacks.MAX_FRAMES), np.float32)
         touch(self._sheets)
         r["sheets"] = self._sheets.ctypes.data
         r["synth"], r["outputs"] = self.synth.address, len(self.outputs)
@@ -104,7 +104,7 @@ class JackOutput:
 
     def open_strings(self, count: int) -> None:
         """Opens `count` string ports beside the mix, lowest first: `string_1` and so on."""
-        while len(self._strings) < min(count, MOST_STRINGS):
+        while len(self._strings) < min(count, MAX_STRINGS):
             port = self.client.outports.register(f"string_{len(self._strings) + 1}")
             self._strings.append(port)
             self.record["string"][0, len(self._strings) - 1] = self._address(port._ptr)

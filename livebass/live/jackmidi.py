@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from livebass.live.device_errors import MidiLost, OutputLost, one_line
 from livebass.live.guards import call_with_timeout, never_release, open_jack_client, silenced_stderr
 from livebass.live.jack import jack_library, midi_sources, silence
-from livebass.live.lost import MidiLost, OutputLost, one_line
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 

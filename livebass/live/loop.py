@@ -14,10 +14,10 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 from livebass.live.desk import MidiLearn
+from livebass.live.device_errors import OutputLost
 from livebass.live.guards import TIMEOUT
 from livebass.live.jack import JackOutput
 from livebass.live.keyboard import TerminalKeys
-from livebass.live.lost import OutputLost
 from livebass.live.midi import LOOK_EVERY, MidiPort, let_go
 from livebass.live.osc import OscServer
 from livebass.live.portaudio import PortAudioOutput, restart_portaudio

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from livebass.kernels.player.performer import CHANNELS
+from livebass.live.device_errors import MidiLost, NoMidi
 from livebass.live.guards import jack_hangs
 from livebass.live.jackmidi import JackMidi
-from livebass.live.lost import MidiLost, NoMidi
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import CLIENT, SystemMidi
 from livebass.rows.units import is_number

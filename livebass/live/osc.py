@@ -19,7 +19,7 @@ LOG = logging.getLogger(__name__)
 HOST = "127.0.0.1"  # this machine only
 PREFIX = "/livebass/"
 LIST, METERS, SUBSCRIBE, UNSUBSCRIBE, ERROR = "list", "meters", "subscribe", "unsubscribe", "error"
-MOST_SUBSCRIBERS = 8
+MAX_SUBSCRIBERS = 8
 Value = float | int | str
 Sender = tuple[str, int]  # address and port
 
@@ -91,7 +91,7 @@ class OscServer:
                 self._send_meters(sender)
             elif address == PREFIX + SUBSCRIBE:
                 others = [other for other in self._subscribers if other != sender]
-                self._subscribers = [*others, sender][-MOST_SUBSCRIBERS:]
+                self._subscribers = [*others, sender][-MAX_SUBSCRIBERS:]
             elif address == PREFIX + UNSUBSCRIBE:
                 self._subscribers = [other for other in self._subscribers if other != sender]
             else:

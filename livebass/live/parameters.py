@@ -7,11 +7,11 @@ The other parameters belong to the synth's surroundings.
 
 from __future__ import annotations
 
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.rows.techniques import LEARNABLE, PARAMETER_ROWS
 
 PARAMETERS = tuple(PARAMETER_ROWS.values())  # by number
 NUMBERS = {symbol: PARAMETER_ROWS[symbol].number for symbol in LEARNABLE}
 GROUPS = tuple(dict.fromkeys(p.group for p in PARAMETERS))
 # Port names of plugins with an output per string; ports of strings that the bass lacks are silent.
-OUTPUTS = ("String 1 (lowest)", *(f"String {k}" for k in range(2, MOST_STRINGS + 1)))
+OUTPUTS = ("String 1 (lowest)", *(f"String {k}" for k in range(2, MAX_STRINGS + 1)))

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from livebass.live.device_errors import OutputLost, one_line
 from livebass.live.guards import JACK_HANGS, answer_of, call_with_timeout, never_release, silenced_stderr
 from livebass.live.jack import jack_library, silence
-from livebass.live.lost import OutputLost, one_line
 from livebass.live.priority import make_realtime
 from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
@@ -43,7 +43,7 @@ class PortAudioOutput:
             silence(jack_library())
         _silence_alsa()
         self.name = str(info["name"])
-        self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+        self.channels = min(callbacks.MAX_CHANNELS, int(info["max_output_channels"]))
         self._data = CallbackData(synth, self.channels)
         try:
             with silenced_stderr():
@@ -55,8 +55,8 @@ class PortAudioOutput:
                     userdata=sd._ffi.cast("void *", self._data.address),
                 )  # fmt: skip
         except (sd.PortAudioError, ValueError) as error:
-            usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
-            raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {one_line(error)}{usual}") from None
+            default = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
+            raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {one_line(error)}{default}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.latency)
         host = str(sd.query_hostapis(info["hostapi"])["name"])

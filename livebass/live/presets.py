@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 
-from livebass.live.carried import prepared
+from livebass.live.best_quality import prepare_bass
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.model.quality import AUTO, QUALITIES, Quality
@@ -89,7 +89,7 @@ class PresetSwitch:
                 preset, quality = self.wanted
                 self._coming = (
                     self.wanted,
-                    self._thread.submit(_loaded, preset, self.qualities[quality], self.synth.rate, self.load),
+                    self._thread.submit(_load_bass, preset, self.qualities[quality], self.synth.rate, self.load),
                 )
             return None
         wanted, future = self._coming
@@ -126,15 +126,15 @@ class PresetSwitch:
 
     def prepare(self, instrument: Instrument, rate: int) -> Future[LiveBass]:
         """Queues a bass for preparation in the playing quality."""
-        return self._thread.submit(prepared, instrument, self.qualities[self.playing[1]], rate)
+        return self._thread.submit(prepare_bass, instrument, self.qualities[self.playing[1]], rate)
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def _loaded(preset: str, quality: Quality | None, rate: int, load: Callable[[str], Instrument]) -> LiveBass:
+def _load_bass(preset: str, quality: Quality | None, rate: int, load: Callable[[str], Instrument]) -> LiveBass:
     """Loads a preset for a synth. Raises PresetError and ValueError. [any thread]"""
-    bass = prepared(load(preset), quality, rate)
+    bass = prepare_bass(load(preset), quality, rate)
     return_freed_memory()
     return bass
 

@@ -16,7 +16,7 @@ RTKIT_PRIORITY = 20  # the most that rtkit grants
 SLOW, ENDED = 100_000, 200_000
 TIMEOUT = 2.0  # s
 RTKIT = "org.freedesktop.RealtimeKit1"
-_asked: set[int] = set()  # threads for which rtkit was asked
+_requested: set[int] = set()  # threads for which rtkit was asked
 
 
 def make_realtime(thread: int) -> str | None:
@@ -42,11 +42,11 @@ def _ask_rtkit(thread: int) -> str | None:
         return "rtkit cannot be asked without busctl"
     import resource  # Windows has none
 
-    _asked.add(thread)
+    _requested.add(thread)
     before = resource.getrlimit(resource.RLIMIT_RTTIME)
     with suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_RTTIME, (SLOW, ENDED))
-        signal.signal(signal.SIGXCPU, lambda number, frame: _usual_priorities())
+        signal.signal(signal.SIGXCPU, lambda number, frame: _default_priorities())
     command = [busctl, "--system", "call", RTKIT, "/org/freedesktop/RealtimeKit1", RTKIT, "MakeThreadRealtimeWithPID"]
     command += ["ttu", str(os.getpid()), str(thread), str(RTKIT_PRIORITY)]
     try:
@@ -62,9 +62,9 @@ def _ask_rtkit(thread: int) -> str | None:
     return why
 
 
-def _usual_priorities() -> None:
+def _default_priorities() -> None:
     """Takes real-time priority from all threads for which rtkit was asked."""
-    for thread in _asked:
+    for thread in _requested:
         with suppress(OSError):
             os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
-    _asked.clear()
+    _requested.clear()

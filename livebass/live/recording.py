@@ -21,7 +21,7 @@ from livebass.kernels.score.memory import PROGRAM
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.load import kept_text
 from livebass.preset.programs import program_of
-from livebass.preset.revisions import numbered
+from livebass.preset.revisions import with_revision
 from livebass.preset.source import PresetError, is_path
 from livebass.score.reading import TAKE
 from livebass.score.takes import text_of, text_of_stroke
@@ -153,7 +153,7 @@ class Recorder(Take):
         return reason
 
 
-MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
+MAX_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
 Given = Callable[[str], Mapping[str, str]]  # the options that change a preset, by name
 FINGER = 34  # General MIDI program, counted from 1, for a bass without one
@@ -231,14 +231,14 @@ class MidiRecorder(Take):
     def _file(self, played: list[Row]) -> bytes:
         """A MIDI file of type 0, with the presets and their programs, on all channels played."""
         beats = 2
-        while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
+        while self.rate // beats > MAX_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
         track.append(mido.MetaMessage("text", text=TAKE))
         channels = sorted({status & 0x0F for _, status, *_ in played if status >= STATUS})
         events: list[tuple[int, mido.Message | mido.MetaMessage]] = []
         for tick, preset in self._basses:
-            named = os.path.abspath(preset) if is_path(preset) else numbered(preset)
+            named = os.path.abspath(preset) if is_path(preset) else with_revision(preset)
             text = text_of(named, self.given(preset), self._files.get(preset, ""))
             events.append((tick, mido.MetaMessage("text", text=text)))
             events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from livebass.live.desk import Desk
+from livebass.live.device_errors import MidiLost, NoMidi, OutputLost
 from livebass.live.jack import JackOutput
-from livebass.live.lost import MidiLost, NoMidi, OutputLost
 from livebass.live.midi import MidiPort
 from livebass.live.outputs import Output
 from livebass.live.portaudio import PortAudioOutput
@@ -83,7 +83,7 @@ class Rig:
                 if settings.backend == "jack":
                     raise
             else:
-                if ignored := [f"--{name}" for name in settings.asked if name != "block" or not output.pipewire]:
+                if ignored := [f"--{name}" for name in settings.requested if name != "block" or not output.pipewire]:
                     server = "PipeWire" if output.pipewire else "the JACK server"
                     LOG.info("%s: %s decides that itself", ", ".join(ignored), server)
                 if settings.strings:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 
-from livebass.live.carried import prepared
+from livebass.live.best_quality import prepare_bass
 from livebass.live.control import control_table
 from livebass.live.desk import MidiLearn
 from livebass.live.jack import silence_jack
@@ -114,7 +114,7 @@ class Session(Rig):
         coming: list[Future[LiveBass]] = []
 
         def make_synth(rate: int) -> Synth:
-            coming.append(beside.submit(prepared, self.settings.instrument, self.settings.quality, rate))
+            coming.append(beside.submit(prepare_bass, self.settings.instrument, self.settings.quality, rate))
             return self.new_synth(rate)
 
         self.output = self.open_output(make_synth)

@@ -27,7 +27,7 @@ class Settings:
     rate: int = 48000  # Hz, for PortAudio
     block: int = 128  # frames, for PortAudio and PipeWire
     latency: str | float = "low"  # s, or a PortAudio name
-    asked: tuple[str, ...] = ()  # which of "rate", "block" and "latency" the player set
+    requested: tuple[str, ...] = ()  # which of "rate", "block" and "latency" the player set
     channel: int = -1  # 0-15; -1: all
     gain: float = 1.0
     record: Path | None = None

@@ -24,7 +24,7 @@ from livebass.live.desk import Desk
 from livebass.live.priority import make_realtime
 from livebass.live.thread import ahead, arrival, block, helpers, setup
 from livebass.live.thread.desk import take_controller
-from livebass.live.thread.records import MOST_HELPERS, RINGS, STOP, SYNTH, field_offset
+from livebass.live.thread.records import MAX_HELPERS, RINGS, STOP, SYNTH, field_offset
 from livebass.live.thread.ring import (
     DATA,
     ENTRY,
@@ -173,13 +173,13 @@ class Synth:
         return int(self.record.ctypes.data)
 
     def start_helpers(self, count: int) -> str | None:
-        """Starts up to MOST_HELPERS threads that play strings beside the audio thread; returns why they have no
+        """Starts up to MAX_HELPERS threads that play strings beside the audio thread; returns why they have no
         real-time priority, or None.
 
         They look for work until `stop_helpers`. None start on systems without `usleep`. [main thread]
         """
         usleep = _function("usleep")
-        for _ in range(min(count, MOST_HELPERS) if usleep else 0):
+        for _ in range(min(count, MAX_HELPERS) if usleep else 0):
             thread = threading.Thread(
                 target=helpers.help_out, args=(self.address, usleep), daemon=True, name="livebass helper"
             )

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from livebass.live.device_errors import MidiLost, one_line
 from livebass.live.guards import call_with_timeout, silenced_stderr
-from livebass.live.lost import MidiLost, one_line
 from livebass.live.synth import Synth
 from livebass.system.extras import install
 

@@ -26,7 +26,7 @@ SHIFT, CONTROL, OTHERS = 1, 4, 2 | 8 | 16 | 32  # bits of modifiers - 1; others:
 PRESSED, REPEATED, RELEASED = 1, 2, 3
 ASK_PROTOCOL, PROTOCOL_THERE = "\x1b[?u", re.compile(r"\x1b\[\?\d+u")
 PROTOCOL_ON, PROTOCOL_OFF = "\x1b[>15u", "\x1b[<u"
-NO_REPEATS, USUAL_REPEATS = "\x1b[?8l", "\x1b[?8h"  # DECARM, known to some terminals
+NO_REPEATS, DEFAULT_REPEATS = "\x1b[?8l", "\x1b[?8h"  # DECARM, known to some terminals
 
 
 class Terminal:
@@ -91,7 +91,7 @@ class Terminal:
 
         with suppress(termios.error), _no_stop_in_the_background():
             if interactive():
-                _write(USUAL_REPEATS + PROTOCOL_OFF * self.releases)
+                _write(DEFAULT_REPEATS + PROTOCOL_OFF * self.releases)
             termios.tcsetattr(0, termios.TCSADRAIN, self._before)
         self.releases = False
 

@@ -33,8 +33,8 @@ def frequency_of(sound: NDArray[np.float32], rate: int) -> float:
     if math.isnan(rough) or samples.size * rough < 4 * rate:
         return rough
     found = [partial(samples, rate, number * rough) for number in range(1, FIRST + 1)]
-    least = WEAK * max(level for _, level in found)
-    number, frequency = next((n, f) for n, (f, level) in enumerate(found, 1) if level >= least)
+    minimum = WEAK * max(level for _, level in found)
+    number, frequency = next((n, f) for n, (f, level) in enumerate(found, 1) if level >= minimum)
     pitch = frequency / number
     return pitch if abs(1200 * math.log2(max(pitch, 1.0) / rough)) < STRAY else math.nan
 

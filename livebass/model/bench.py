@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
-from livebass.kernels.bass.change import MOST_SLACK, move_bench
+from livebass.kernels.bass.change import MAX_SLACK, move_bench
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import NOTE
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Instrument, Neck, Output, Pickup, String, on_bench
 from livebass.model.neck import flat, rows_of
-from livebass.model.quality import MOST_MODES, Quality
+from livebass.model.quality import MAX_MODES, Quality
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import SLIDER_ROWS, SLIDERS
 
@@ -67,7 +67,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
     """Puts a bass on the bench, with the frets that every string has, and one tier per quality."""
     bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
     to, answering = bench[0], answering_modes(instrument)
-    to["strings"], to["frets"], to["most_modes"] = len(instrument.strings), instrument.frets, MOST_MODES
+    to["strings"], to["frets"], to["most_modes"] = len(instrument.strings), instrument.frets, MAX_MODES
     to["tiers"][: len(qualities)] = [quality.modes or 0 for quality in qualities]
     for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
         row = to["string"][i]
@@ -96,7 +96,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
     return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
 
 
-def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
+def change_bass(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
     """The bass with sliders at `values`, by symbol, in their units; the hand measures its force as before."""
     bench, given = bench_of(instrument, ()), np.zeros(SLIDERS)
     for k, symbol in enumerate(SLIDER_ROWS):
@@ -134,7 +134,7 @@ def _string(string: String, to: np.void, i: int, numbers: list[float]) -> String
         own_note=string.open_note if string.own_note is None else string.own_note,
         shifted=string.shifted + shifted,
         retuned=string.retuned * ratio,
-        slack=min(string.slack / (ratio * ratio), MOST_SLACK),
+        slack=min(string.slack / (ratio * ratio), MAX_SLACK),
         measured_frequencies=tuple(numbers[first : first + len(string.measured_frequencies)]),
     )
 

@@ -281,7 +281,7 @@ def frets_from_geometry(
     return tuple(x), tuple(raised.get(k + 1, 0.0) - g for k, g in enumerate(gap))
 
 
-def tilted(x: Sequence[float], heights: Sequence[float], action: float) -> tuple[float, ...]:
+def tilt(x: Sequence[float], heights: Sequence[float], action: float) -> tuple[float, ...]:
     """Tilts measured `heights` (n,) of frets at `x` (n,), all in m, about the first fret to another `action`."""
     pivot = min(12, len(x)) - 1
     reach = (x[pivot] - x[0]) or 1.0
@@ -327,8 +327,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         contact_fret=tuple(range(stop + 1, count + 1)),
         contact_position=tuple(x for x, _ in obstacles),
         contact_height=tuple(h for _, h in obstacles),
-        admittance=_felt(neck.admittance, numbers[first:], note, lists),
-        admittance_across=_felt(neck.admittance, numbers[first:], note, lists, across=True),
+        admittance=_admittance_at_stop(neck.admittance, numbers[first:], note, lists),
+        admittance_across=_admittance_at_stop(neck.admittance, numbers[first:], note, lists, across=True),
         surface=surface,
         **law,
     )
@@ -383,7 +383,7 @@ def _is_bowed(neck: Neck) -> bool:
     return len(x) > 2 and bool(neck.surface) and neck.surface == wooden_surface(x, h, neck.surface[-1][0], bowed=True)
 
 
-def _felt(
+def _admittance_at_stop(
     y: Admittance, parts: Sequence[float], note: SimpleNamespace, lists: list[float], across: bool = False
 ) -> Admittance:
     """The admittance at the stop of `note`, on a neck with `y` at its nut; `parts`: fractions of y felt there."""
@@ -399,7 +399,7 @@ def _felt(
     return Admittance(resonances, table, note.stop_across if own else note.stop)  # type: ignore[arg-type]
 
 
-def tensioned(string: String, ratio: float) -> String:
+def tension_string(string: String, ratio: float) -> String:
     """`string` tensioned to sound `ratio` times as high: T r^2, B / r^2, as E I stays.
 
     Measured modes follow nu^2 + (r^2 - 1) (j f0)^2: only the tension part of a mode's stiffness changes. Their damping
@@ -431,7 +431,7 @@ def _ratio(string: String, note: int) -> float:
 def _tuned_for(string: String, note: int) -> String:
     """`string` retuned to give `note` its own offset."""
     ratio = _ratio(string, note)
-    return tensioned(string, ratio) if ratio != 1.0 else string
+    return tension_string(string, ratio) if ratio != 1.0 else string
 
 
 def on_grid(s: Speaking, points: int) -> Speaking:
@@ -466,10 +466,10 @@ def for_modes(s: Speaking, count: int) -> Speaking:
     return on_grid(s, count + 1) if s.surface and count + 1 != s.grid_points else s
 
 
-def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
+def stretch_ratio(law: str, inharmonicity: float, mode: Floats) -> Floats:
     """Returns nu_j / (j f0) of modes `mode` (n,) on a rigid neck, (n,); law: a `String.stiffness_law`.
 
     "hinged": sqrt(1 + B j^2), a stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
     fit to one G string, valid for B j^2 below about 0.04.
     """
-    return np.asarray(modal_law.stretched(law == "paper", inharmonicity, mode))
+    return np.asarray(modal_law.stretch_ratio(law == "paper", inharmonicity, mode))

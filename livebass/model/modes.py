@@ -27,7 +27,7 @@ from livebass.model.neck import detuning, neck_damping
 from livebass.rows.arrays import Floats
 from livebass.rows.parts import TURNED_MODES
 
-CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MOST_TURN)
+CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MAX_TURN)
 
 
 def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
@@ -49,7 +49,7 @@ def _along(s: Speaking, count: int, shift: Floats | None, across: bool) -> Float
     """Frequencies of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), Hz: law.py."""
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
-    nu = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) + shift)
+    nu = j * s.fundamental * (law.stretch_ratio(s.paper_law, s.inharmonicity, j) + shift)
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
@@ -206,14 +206,14 @@ def grazing_apex(s: Speaking, position: float) -> float:
     Infinite if there is no obstacle.
     """
     a = s.length - position
-    least = math.inf
+    minimum = math.inf
     for x, height in zip(s.contact_position, s.contact_height, strict=True):
         shape = x / a if x < a else (s.length - x) / (s.length - a)
-        least = min(least, -height / shape)
-    return least
+        minimum = min(minimum, -height / shape)
+    return minimum
 
 
-def carried(s: Speaking, count: int, contact_rate: float) -> int:
+def carried_modes(s: Speaking, count: int, contact_rate: float) -> int:
     """Number of the first `count` modes that lie below `CARRIED` of the contact rate (Hz), at least 1.
 
     Higher modes turn too far in a fine step for contact to follow. Static compliance replaces them.

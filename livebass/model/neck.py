@@ -25,7 +25,7 @@ from livebass.kernels.string import law, note
 from livebass.rows.arrays import Complexes, Floats
 
 FREE_PART = 0.6  # of the scale length, from nut to body, unless a preset says otherwise
-MOST_SHAPE = 40  # number of the highest bending mode
+MAX_SHAPE = 40  # number of the highest bending mode
 CROWN = 1e-3  # m, half the width of a crown at its foot
 BOW_STEP = 2e-3  # m, length of a bow's straight segments
 

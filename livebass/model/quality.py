@@ -11,10 +11,10 @@ from typing import NamedTuple
 from livebass.rows.bounds import one_of, refusal, within
 from livebass.rows.units import DIMENSIONS, readable_quantity
 
-MOST_MODES = 1024
+MAX_MODES = 1024
 BLOCK = 16, 1024  # frames in a block of live sound, least and most
 CORES = 1, 64  # used in live playing, least and most
-LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
+MIN_CONTACT_RATE, MAX_CONTACT_RATE = 44_100.0, 64e6  # Hz
 # Loss c of Hunt and Crossley (`Neck.loss`: contact_loss over contact_stiffness), s/m: contact parts no faster than at
 # 1 / c. From this value on lower contact rates are about as close to `reference`, for a K of 3e8 to 3e10.
 ENDS_SOON = 5.0
@@ -53,7 +53,7 @@ QUALITIES = {
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
     "reference": Quality("reference", None, 8e6, exact=True),
 }
-AUTO = "auto"  # in place of a name: the quality this machine can run (livebass/live/carried.py)
+AUTO = "auto"  # in place of a name: the quality this machine can run (livebass/live/best_quality.py)
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:
@@ -74,11 +74,11 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
     one_of("quality", name, QUALITIES)
     quality = QUALITIES[name]
     if modes is not None:
-        within("modes", modes, 1, MOST_MODES, whole=True)
+        within("modes", modes, 1, MAX_MODES, whole=True)
         board = quality.on_board and replace(quality.on_board, modes=modes)
         quality = replace(quality, modes=modes, on_board=board)
     if contact_rate is not None:
-        within("contact rate", contact_rate, LEAST_CONTACT_RATE, MOST_CONTACT_RATE, "Hz")
+        within("contact rate", contact_rate, MIN_CONTACT_RATE, MAX_CONTACT_RATE, "Hz")
         board = quality.on_board and replace(quality.on_board, contact_rate=contact_rate)
         quality = replace(quality, contact_rate=contact_rate, on_board=board, damped_rates=None)
     return quality
@@ -89,30 +89,32 @@ def modes_for(quality: Quality, length: float, open_length: float, grid_points: 
 
     At least 1, at most as many as a grid of `grid_points` steps carries.
     """
-    full = min(grid_points - 1, MOST_MODES)
+    full = min(grid_points - 1, MAX_MODES)
     if quality.modes is None:
         return full
     return max(1, min(full, round(quality.modes * length / open_length)))
 
 
 class Limits(NamedTuple):
-    """The values a quantity may have: `least` to `most` in SI, both included."""
+    """The values a quantity may have: `minimum` to `maximum` in SI, both included."""
 
     dimension: str  # a key of units.DIMENSIONS
-    least: float
-    most: float
+    minimum: float
+    maximum: float
     whole: bool = False  # whole numbers of the SI unit only
 
     def check(self, name: str, value: float) -> None:
         """Raises ValueError that says what is allowed if `value` (SI) is outside or NaN."""
-        if not self.least <= value <= self.most or (self.whole and value != int(value)):
+        if not self.minimum <= value <= self.maximum or (self.whole and value != int(value)):
             unit = next(unit for unit, size in DIMENSIONS[self.dimension].units.items() if size == 1.0)
             raise refusal(name, str(self), f"{value:.10g} {unit}")
 
     def __str__(self) -> str:
         kind = "a whole number of Hz " if self.whole else ""
-        least, most = (readable_quantity(end, self.dimension) if end else "0" for end in (self.least, self.most))
-        return f"{kind}from {least} to {most}"
+        minimum, maximum = (
+            readable_quantity(end, self.dimension) if end else "0" for end in (self.minimum, self.maximum)
+        )
+        return f"{kind}from {minimum} to {maximum}"
 
 
 # For a single pluck in `simulate`, `sweep` and studies.
@@ -121,4 +123,4 @@ ANGLE = Limits("angle", -1.56, 1.56)  # from straight up
 AT = Limits("length", 1e-3, 2.0)  # from the stop; it must also be on the string
 DURATION = Limits("time", 1e-4, 60.0)
 RATE = Limits("frequency", 22050, 192_000, whole=True)
-CONTACT_RATE = Limits("frequency", LEAST_CONTACT_RATE, MOST_CONTACT_RATE, whole=True)
+CONTACT_RATE = Limits("frequency", MIN_CONTACT_RATE, MAX_CONTACT_RATE, whole=True)

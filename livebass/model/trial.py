@@ -20,7 +20,7 @@ from livebass.rows.arrays import Floats, Ints
 from livebass.rows.bounds import refusal, within
 
 SLACK = 1e-6  # of a step or sample: 0.1 s at 44.1 kHz ends on sample 4410 despite rounding
-LEAST_SINE = 1e-6  # of omega_d dt: at 0, two fine steps do not tell how a mode moves in between
+MIN_SINE = 1e-6  # of omega_d dt: at 0, two fine steps do not tell how a mode moves in between
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PluckRequest:
     """A requested pluck, and how finely to solve it."""
 
     string: str = "G"
@@ -113,8 +113,8 @@ class Asked:
     modes: int | None = None  # of the stopped string, instead of the quality's
 
 
-class Asking(TypedDict, total=False):
-    """The fields of `Asked`, as keywords of a function."""
+class PluckOptions(TypedDict, total=False):
+    """The fields of `PluckRequest`, as keywords of a function."""
 
     string: str
     fret: int
@@ -127,26 +127,26 @@ class Asking(TypedDict, total=False):
 
 
 def checked_trial(
-    instrument: Instrument, s: Speaking, asked: Asked, modes: int | None, contact_rate: float, rate: int
+    instrument: Instrument, s: Speaking, requested: PluckRequest, modes: int | None, contact_rate: float, rate: int
 ) -> Trial:
-    """The trial of a pluck as `asked` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
+    """The trial of a pluck as `requested` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
 
     contact_rate and rate: Hz; modes: None for all. The player's finger rounds the corner and lets go as in the hardest
     notes; the sensors come from the preset's output.
     """
-    apex, at = asked.apex, asked.at
+    apex, at = requested.apex, requested.at
     APEX.check("apex", apex)
-    if not AT.least <= at < s.length:
-        rule = f"at least {AT.least * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
+    if not AT.minimum <= at < s.length:
+        rule = f"at least {AT.minimum * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
         raise refusal("place of the pluck", rule, f"{at * 1e3:g} mm")
-    ANGLE.check("angle", asked.angle)
-    DURATION.check("duration", asked.duration)
+    ANGLE.check("angle", requested.angle)
+    DURATION.check("duration", requested.duration)
     RATE.check("rate", rate)
     if contact_rate < rate:
         raise refusal("contact rate", f"at least the output rate, {rate} Hz", f"{contact_rate:.10g} Hz")
-    most = s.grid_points - 1
-    count = most if modes is None else modes
-    within("modes on this string and fret", count, 1, most, whole=True)
+    maximum = s.grid_points - 1
+    count = maximum if modes is None else modes
+    within("modes on this string and fret", count, 1, maximum, whole=True)
     _check_aliasing(s, count, contact_rate)
     s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
@@ -154,9 +154,9 @@ def checked_trial(
         if not 0 < place < s.length:
             ends = f"between 0 mm and {s.length * 1e3:g} mm from the saddle"
             raise refusal("sensor", ends, f"{place * 1e3:g} mm")
-    pluck = Pluck(apex, at, instrument.player.rounding, asked.angle, instrument.player.release_time)
+    pluck = Pluck(apex, at, instrument.player.rounding, requested.angle, instrument.player.release_time)
     sensor, sensor_v = (s.length - place for place in places)
-    length = float(asked.duration)
+    length = float(requested.duration)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), length, sensor, sensor_v=sensor_v)
 
 
@@ -167,13 +167,13 @@ def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
 
 
 def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:
-    """Raises ValueError if a mode makes a whole number of half turns in a fine step, see `LEAST_SINE`.
+    """Raises ValueError if a mode makes a whole number of half turns in a fine step, see `MIN_SINE`.
 
     Modes above half the contact rate are allowed: the paper uses them, at 2 MHz.
     """
     natural, sigma = 2 * math.pi * frequencies(s, count), dampings(s, count)
     theta = np.sqrt(np.maximum(natural**2 - sigma**2, 0.0)) / contact_rate
-    bad = np.flatnonzero((theta > 1) & (np.abs(np.sin(theta)) < LEAST_SINE))
+    bad = np.flatnonzero((theta > 1) & (np.abs(np.sin(theta)) < MIN_SINE))
     if bad.size:
         hertz = natural[bad[0]] / (2 * math.pi)
         raise ValueError(

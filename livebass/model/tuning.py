@@ -1,27 +1,27 @@
-"""Tunes a bass: changes its strings' tension and puts a capo on its neck. For the physics see `tensioned`."""
+"""Tunes a bass: changes its strings' tension and puts a capo on its neck. For the physics see `tension_string`."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from livebass.kernels.bass.change import MOST_SLACK
+from livebass.kernels.bass.change import MAX_SLACK
 from livebass.model.exact import exp2
-from livebass.model.instrument import Neck, Pick, Player, String, tensioned
+from livebass.model.instrument import Neck, Pick, Player, String, tension_string
 from livebass.model.neck import FREE_PART, surface_beyond
 
-LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, fractions of the open string
+MIN_PLACE, MAX_PLACE = 0.01, 0.99  # of a pluck, fractions of the open string
 
 
-def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
+def tune_string(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
     """`string` tuned to the MIDI `note`; `offsets` (12,), cents, C first, shift all its notes from equal temperament.
 
-    The same force pulls it 1 / r^2 as far if it sounds r times as high, at most MOST_SLACK times.
+    The same force pulls it 1 / r^2 as far if it sounds r times as high, at most MAX_SLACK times.
     """
     wanted = replace(string, open_note=note, offsets=offsets if any(offsets) else (), own_note=string.open_note)
     if (wanted.open_note, wanted.offsets) == (string.open_note, string.offsets):
         return string
     ratio = wanted.frequency(note) / string.frequency(string.open_note)
-    return replace(tensioned(wanted, ratio), slack=min(string.slack / (ratio * ratio), MOST_SLACK))
+    return replace(tension_string(wanted, ratio), slack=min(string.slack / (ratio * ratio), MAX_SLACK))
 
 
 def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
@@ -35,7 +35,7 @@ def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
     note = string.open_note + fret
     if string.offsets:
         cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
-        string = tensioned(string, exp2(cents / 1200))
+        string = tension_string(string, exp2(cents / 1200))
     part = total / length
     shorter = replace(
         string,
@@ -63,10 +63,10 @@ def over_same_body(player: Player, part: float) -> Player:
     if part == 1:
         return player
     places = {
-        name: min(max(1 - (1 - getattr(player, name)) / part, LEAST_PLACE), MOST_PLACE)
+        name: min(max(1 - (1 - getattr(player, name)) / part, MIN_PLACE), MAX_PLACE)
         for name in ("pluck_position", "pluck_nearest", "pluck_farthest", "strike_position")
     }
     pick = player.pick
     if pick.place != Pick.place:
-        pick = replace(pick, place=min(max(1 - (1 - pick.place) / part, LEAST_PLACE), MOST_PLACE))
+        pick = replace(pick, place=min(max(1 - (1 - pick.place) / part, MIN_PLACE), MAX_PLACE))
     return replace(player, pick=pick, **places)

@@ -27,7 +27,7 @@ from livebass.system.cores import core_count
 from livebass.system.extras import install
 
 BUILD_TIME = 45  # s, about
-MOST_PROCESSES = 4  # that compile at once; each takes 0.5 GB
+MAX_PROCESSES = 4  # that compile at once; each takes 0.5 GB
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
@@ -72,9 +72,9 @@ if use == "plugin":  # several levels in one binary, which exports none of them,
     called = {entry.name for entry in entries_of(level)}
     text = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
     text = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", text, flags=re.MULTILINE)
-final, _ = emitter.optimised(text, level)
+final, _ = emitter.optimise(text, level)
 for triple, place in zip(objects[::2], objects[1::2], strict=True):
-    Path(place).write_bytes(emitter.assembled(final, level, triple))
+    Path(place).write_bytes(emitter.assemble(final, level, triple))
 """
 
 
@@ -96,11 +96,11 @@ def name_of(system: System) -> str:
     return f"plugin-{digest()}-{system.name}.{system.ending}"
 
 
-def built(system: System) -> bool:
+def is_built(system: System) -> bool:
     """True if a system's binary already exists. Raises BuildError as `binary` does."""
     if _from_package(system) is not None:
         return True
-    kept = _kept(system)
+    kept = _kept_file(system)
     return kept is not None and store.whole(kept) is not None
 
 
@@ -117,7 +117,7 @@ def binary(system: System) -> bytes:
     found = _from_package(system)
     if found is not None:
         return found
-    kept = _kept(system)
+    kept = _kept_file(system)
     return store.kept_or_made(kept, made, f"{kept}: is damaged: building it again")
 
 
@@ -135,7 +135,7 @@ def _from_package(system: System) -> bytes | None:
     return None
 
 
-def _kept(system: System) -> Path | None:
+def _kept_file(system: System) -> Path | None:
     """Names the file that keeps a locally built binary; None: it is not kept."""
     place = store.directory(f"plugin-{digest()}")
     return place / name_of(system) if place else None
@@ -188,7 +188,7 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
         return place / object_name(use, level, system) if place else None
 
     missing: dict[str, Path | None] = {}
-    asked: dict[tuple[str, str], list[str]] = {}  # by use and level: the systems and files of its objects
+    requested: dict[tuple[str, str], list[str]] = {}  # by use and level: the systems and files of its objects
     for use, system in itertools.product(uses, systems):
         for level in system.levels:
             name, file = object_name(use, level, system), kept(use, level, system)
@@ -196,8 +196,8 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
                 (folder / name).write_bytes(data)
             else:
                 missing[name] = file
-                asked.setdefault((use, level), []).extend([system.triple, str(folder / name)])
-    emitting = [[sys.executable, "-P", "-c", EMIT, *which, *objects] for which, objects in asked.items()]
+                requested.setdefault((use, level), []).extend([system.triple, str(folder / name)])
+    emitting = [[sys.executable, "-P", "-c", EMIT, *which, *objects] for which, objects in requested.items()]
     run(emitting, "the kernels do not compile")
     for name, file in missing.items():
         if file:
@@ -253,7 +253,7 @@ def run(commands: Sequence[list[str]], failed: str) -> None:
     waiting, running = list(commands), list[subprocess.Popen[str]]()
     try:
         while waiting or running:
-            while waiting and len(running) < min(core_count(), MOST_PROCESSES):
+            while waiting and len(running) < min(core_count(), MAX_PROCESSES):
                 pipe = subprocess.PIPE
                 running.append(subprocess.Popen(
                     waiting.pop(0), env=environment, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True

@@ -16,7 +16,7 @@ from livebass.plugin.instrument import ENDING, OLD_ENDING, instrument_file
 from livebass.plugin.systems import System, this_system
 from livebass.preset.sounds import sound_text, sound_title, sounds_of
 from livebass.rows.bounds import refusal, within
-from livebass.rows.techniques import MOST_BASSES
+from livebass.rows.techniques import MAX_BASSES
 
 LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/instance/core.c
 LIST = "instruments.txt"
@@ -35,7 +35,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
     The list gives a bass's initial quality after its name, unless it is `live`. Raises ValueError for unsuitable names
     or basses.
     """
-    within("number of instruments", len(basses), 1, MOST_BASSES)
+    within("number of instruments", len(basses), 1, MAX_BASSES)
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}

@@ -91,9 +91,9 @@ RECORDS = {
 OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN DAMAGED LATER"), (note, "MADE"),
     (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
-    (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
-    (effects, "LONGEST LEAST_RATE MOST_RATE"), (priority, "PRIORITY"),
-    (parameters, "MOST_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
+    (look, "PLACES LOGGED"), (live, "RINGS CHUNK MAX_MESSAGES"), (techniques, "MAX_BASSES LEARNED"),
+    (effects, "LONGEST MIN_RATE MAX_RATE"), (priority, "PRIORITY"),
+    (parameters, "MAX_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
     (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES"), (choosing, "AUTO"),
     (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
     (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
@@ -104,14 +104,14 @@ NUMBERS = {
     **{f"LB_KIND_{name}": getattr(words, name) for name in KINDS},
     **{f"LB_STEP_{name}": number for name, number in names.STEPS.items()},
     **{f"LB_REMARK_{name}": getattr(remarks, name) for name in ("CALLED", "ONLY_PART", "LOWEST_PART", "DOUBLES")},
-    "LB_LEAST_GAME": tracknames.LEAST_GAME,
+    "LB_MIN_GAME": tracknames.MIN_GAME,
     "LB_GAME_REFUSAL": json.dumps(tracknames.GAME_REFUSAL),
     "LB_TAKE": json.dumps(TAKE),
     "LB_NO_BASS": json.dumps(NO_BASS),
-    "LB_MOST_HOURS": lines.LONGEST // 3600,
+    "LB_MAX_HOURS": lines.LONGEST // 3600,
     "LB_TOP_KEYS": techniques.TOP_KEYS,
     "LB_KEY_COUNT": KEYS,
-    "LB_STRINGS": performer.MOST_STRINGS,
+    "LB_STRINGS": performer.MAX_STRINGS,
     "LB_SLOTS": records.VOICE_SLOTS,
     "LB_RESERVED": ", ".join(map(str, techniques.RESERVED)),
     "LB_CONTROLLERS": techniques.CHANNEL_MODES,
@@ -121,7 +121,7 @@ NUMBERS = {
     "LB_TEXT_FORMAT": FORMATS["link"],
     "LB_GROUPS": len(GROUPS),
     "LB_RELEASE": json.dumps(__version__),
-    "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
+    "LB_MAX_BYTES": preparing.MAX_WORDS * instrument.WORD,
 }
 WORDS = {  # of names of tracks, as programs
     "bass_words": names.program(tracknames.BASS_WORD),
@@ -232,7 +232,7 @@ def _parameters() -> list[str]:
     """Returns the table of parameters, and their numbers."""
     lines = ["typedef struct {", *(f"    char {k}[{longest(getattr(p, k) for p in PARAMETERS)}];" for k in TEXTS)]
     lines += ["    const char *help; /* 0: none */"]
-    lines += ["    double least, most, usual;"]
+    lines += ["    double minimum, maximum, default_value;"]
     lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
     lines += ["    int kind, number; /* of the synth's event that sets it; kind -1: none does */"]
     lines += [
@@ -249,7 +249,7 @@ def _parameters() -> list[str]:
         called = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
         called += f", {json.dumps(SLIDER_ROWS[p.symbol].help)}" if p.symbol in SLIDER_ROWS else ", 0"
         kind, number = event(p) or (-1, 0)
-        limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
+        limits = f"{float(p.minimum)}, {float(p.maximum)}, {float(p.default)}, {int(p.whole)}"
         rows.append(f"    {{{called}, {limits}, {named}, {kind}, {number}}},")
     sliders = ", ".join(str(row.parameter.number) for row in SLIDER_ROWS.values())
     lines += _table("int lb_sliders[LB_BUILT]", [sliders])  # their parameters

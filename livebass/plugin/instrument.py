@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from livebass import __version__
-from livebass.engine.image import contact_heights, image_bytes, put_head, sealed
+from livebass.engine.image import contact_heights, image_bytes, put_head, seal
 from livebass.engine.prepare import is_heavy
 from livebass.files.whole import Transaction
 from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS, WORD
@@ -50,8 +50,8 @@ def instrument_file(instrument: Instrument) -> bytes:
         kept["instrument"]["hand"][0, i], kept["hand_count"][0, i] = first, len(of)
         first += len(of)
     kept["hand_stays"] = bool(instrument.grazed)
-    for k, (least, qualities) in enumerate(tiers_by_loss(instrument)):
-        kept["from_loss"][0, k] = least
+    for k, (minimum, qualities) in enumerate(tiers_by_loss(instrument)):
+        kept["from_loss"][0, k] = minimum
         for tier, quality in enumerate(qualities):
             kept["modes"][0, k, tier], kept["heavy"][0, k, tier] = quality.modes or 0, is_heavy(quality)
             kept["contact_rate"][0, k, tier] = quality.contact_rate
@@ -80,15 +80,15 @@ def file_of(fields: Mapping[str, bytes], version: str = __version__, format: int
     head["magic"], head["format"], head["fields"] = KEPT_MAGIC, format, len(fields)
     head["made"].view("S32")[0] = version.encode()
     head["words"] = (head.nbytes + len(body)) // WORD + 1
-    return sealed(head.tobytes() + body)
+    return seal(head.tobytes() + body)
 
 
 def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
     """Returns a bass's qualities by fret loss: (least loss in s/m, ascending; qualities from there on)."""
     made = []
-    for least, loss in ((0.0, 0.0), (TINY, ENDS_SOON / 2), (ENDS_SOON, 2 * ENDS_SOON)):
+    for minimum, loss in ((0.0, 0.0), (TINY, ENDS_SOON / 2), (ENDS_SOON, 2 * ENDS_SOON)):
         necks = tuple(replace(neck, contact_loss=loss * neck.pressing) for neck in instrument.necks)
-        made.append((least, tiers(replace(instrument, necks=necks))))
+        made.append((minimum, tiers(replace(instrument, necks=necks))))
     return made
 
 

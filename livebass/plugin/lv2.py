@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from livebass import __version__
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
@@ -109,13 +109,13 @@ def controls(titles: Sequence[str], quality: int) -> list[str]:
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
-            points = " , ".join(f"[ rdfs:label {quoted(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
+            points = " , ".join(f"[ rdfs:label {quote(name)} ; rdf:value {k} ]" for k, name in enumerate(names))
             more += f" ; lv2:scalePoint {points}"
         more += f" ; pg:group <{URI}#group-{p.group.lower()}>"
-        usual = quality if p.symbol == "quality" else p.usual
-        ports.append(_control(p.symbol, p.name, usual, p.least, p.most) + more)
+        default = quality if p.symbol == "quality" else p.default
+        ports.append(_control(p.symbol, p.name, default, p.minimum, p.maximum) + more)
     toggled = " ; lv2:portProperty lv2:integer , lv2:toggled , pprops:notOnGUI ; lv2:designation lv2:freeWheeling"
-    overload = _control("overload", "Overload", 0, 0, MOST_STRINGS).replace("InputPort", "OutputPort")
+    overload = _control("overload", "Overload", 0, 0, MAX_STRINGS).replace("InputPort", "OutputPort")
     return [
         *ports,
         _control("freewheeling", "Freewheeling", 0, 0, 1) + toggled,
@@ -123,8 +123,8 @@ def controls(titles: Sequence[str], quality: int) -> list[str]:
     ]
 
 
-def _control(symbol: str, name: str, usual: float, least: float, most: float) -> str:
-    limits = f"lv2:default {usual:g} ; lv2:minimum {least:g} ; lv2:maximum {most:g}"
+def _control(symbol: str, name: str, default: float, minimum: float, maximum: float) -> str:
+    limits = f"lv2:default {default:g} ; lv2:minimum {minimum:g} ; lv2:maximum {maximum:g}"
     return f'a lv2:InputPort , lv2:ControlPort ; lv2:symbol "{symbol}" ; lv2:name "{name}" ; {limits}'
 
 
@@ -166,7 +166,7 @@ def binary_name(system: System) -> str:
     return f"livebass.{system.ending}"
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """Returns `text` as a Turtle string."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
@@ -179,7 +179,7 @@ def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
         " atom:bufferType atom:Sequence ; atom:supports midi:MidiEvent ; lv2:designation lv2:control",
         *(
             "a lv2:OutputPort , lv2:AudioPort ; "
-            + f'lv2:symbol "{f"string_{k}" if strings else "out"}" ; lv2:name {quoted(name)}'
+            + f'lv2:symbol "{f"string_{k}" if strings else "out"}" ; lv2:name {quote(name)}'
             for k, name in enumerate(PLUGINS[uri], 1)
         ),
         *controls(titles, quality),
@@ -202,26 +202,26 @@ def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
 
 def preset(uri: str, short: str, title: str, number: int | None = None, quality: int = 0) -> str:
     """Returns a preset: the bass `short`, with default parameters; `number` is its index in the bundle."""
-    return described(uri, short, title, {"quality": quality} | ({} if number is None else {"bass": number}))
+    return describe_preset(uri, short, title, {"quality": quality} | ({} if number is None else {"bass": number}))
 
 
 def sound(uri: str, short: str, _title: str, number: int, quality: int) -> str:
     """Returns the factory sounds of the bass `short` as presets."""
     return "".join(
-        described(uri, short, sound_title(name), {"quality": quality, "bass": number, **sound_values(name)}, name)
+        describe_preset(uri, short, sound_title(name), {"quality": quality, "bass": number, **sound_values(name)}, name)
         for name in sounds_of(short)
     )
 
 
-def described(uri: str, short: str, title: str, given: Mapping[str, float], name: str = "") -> str:
+def describe_preset(uri: str, short: str, title: str, given: Mapping[str, float], name: str = "") -> str:
     """Returns a preset of the bass `short` with the `given` values; `name`: the factory sound that it is, if any."""
-    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"} | dict(given)
+    values = {p.symbol: p.default for p in PARAMETERS if p.symbol != "bass"} | dict(given)
     quality = int(values["quality"])
     ports = " , ".join(f'[ lv2:symbol "{symbol}" ; pset:value {value:g} ]' for symbol, value in values.items())
-    kept = f'<{URI}#bass> {quoted(short)} ; <{URI}#quality> "{quality:d}"^^xsd:long'
+    kept = f'<{URI}#bass> {quote(short)} ; <{URI}#quality> "{quality:d}"^^xsd:long'
     place = f"sound-{name}" if name else f"preset-{short}"
     return f"""
-<{uri}#{place}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quoted(title)} ;
+<{uri}#{place}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quote(title)} ;
   lv2:port {ports} ;
   state:state [ {kept} ] .
 """

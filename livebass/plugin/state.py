@@ -17,7 +17,7 @@ def state_of(bass: str, values: Mapping[str, float]) -> bytes:
 
     It does not keep the bass itself: the one of that name plays.
     """
-    default = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
+    default = {p.symbol: p.default for p in PARAMETERS if p.symbol != "bass"}
     shared = {p.symbol for p in PARAMETERS if p.group == PROCESSOR}
     played = {**default, **values}
     sections = {
@@ -28,10 +28,10 @@ def state_of(bass: str, values: Mapping[str, float]) -> bytes:
     text = f'{TITLE}format = {FORMAT}\nmade = "{__version__}"\nbass = "{bass}"\nseed = 0\nside = "A"\n'
     for name, rows in sections.items():
         text += f"\n[{name}]\n" + "".join(f"{symbol} = {value:.17g}\n" for symbol, value in rows.items())
-    return sealed(text)
+    return seal(text)
 
 
-def sealed(text: str) -> bytes:
+def seal(text: str) -> bytes:
     """The words of a state, followed by their checksum: FNV-1a."""
     total = 0xCBF29CE484222325
     for byte in text.encode():

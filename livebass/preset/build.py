@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.model.bench import changed
+from livebass.model.bench import change_bass
 from livebass.model.instrument import (
     Coil,
     Effects,
@@ -30,30 +30,30 @@ from livebass.model.instrument import (
     frets_from_geometry,
     note_frequency,
     speaking,
-    tilted,
+    tilt,
 )
-from livebass.model.tuning import over_same_body, tuned, with_capo
+from livebass.model.tuning import over_same_body, tune_string, with_capo
 from livebass.preset.checks import (
     HEIGHTS_BY_GEOMETRY,
     Conflict,
     mm,
     neck_admittance,
     neck_surface,
-    overdamped,
-    replaced,
+    overdamped_mode,
+    replaced_keys,
 )
 from livebass.preset.keymap import keys_of_player
 from livebass.preset.keys import (
     HAND,
     KEYS,
     SECTIONS,
-    allowed,
-    checked,
+    check_value,
     each_string,
     fault,
     items,
     key_names,
     keys_of,
+    limits_of,
     nearest,
 )
 from livebass.preset.response import load_response
@@ -66,10 +66,10 @@ from livebass.rows.units import format_quantity, note_name
 
 # The engine's limits.
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
-MOST_SENSING = 4  # pickups that sense one string
-MOST_FRETS = 32
+MAX_SENSING = 4  # pickups that sense one string
+MAX_FRETS = 32
 TENSION = next(key for key in KEYS if (key.section, key.name) == ("string", "tension"))
-LEAST_TENSION, MOST_TENSION = rows(String)["tension"].limits  # N
+MIN_TENSION, MAX_TENSION = rows(String)["tension"].limits  # N
 _FRETS = {"fret_positions", "fret_heights"}
 MEASURED = _FRETS | {"height_scale", "height_offset"}
 GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
@@ -103,19 +103,19 @@ class Builder:
                 if not defaults or key.default is None:
                     continue
                 if key.default is REQUIRED:
-                    raise self.error(place, f"missing; {allowed(key)} ({key.meaning})")
+                    raise self.error(place, f"missing; {limits_of(key)} ({key.meaning})")
             item = raw.get(key.name, key.default)
             try:
-                values[key.name] = checked(key, item)
+                values[key.name] = check_value(key, item)
             except ValueError as error:
                 raise self.error(place, str(error), item) from None
         return values
 
     def tables(self, data: dict[str, Any], section: str) -> list[Any]:
         """The [[section]] tables as parsed, at most LARGEST_COUNTS of them."""
-        raw, most = data.get(section, []), LARGEST_COUNTS[section]
-        if not isinstance(raw, list) or len(raw) > most:
-            raise self.error(section, f"must be [[{section}]] tables, at most {most}", raw)
+        raw, maximum = data.get(section, []), LARGEST_COUNTS[section]
+        if not isinstance(raw, list) or len(raw) > maximum:
+            raise self.error(section, f"must be [[{section}]] tables, at most {maximum}", raw)
         return raw
 
     def instrument(self, data: dict[str, Any]) -> Instrument:
@@ -194,7 +194,7 @@ class Builder:
 
     def on_bench(self, bass: Instrument, raw: Any) -> Instrument:
         """The bass changed by the sliders of the table [bench]."""
-        made = changed(bass, self.table("bench", raw, "bench"))
+        made = change_bass(bass, self.table("bench", raw, "bench"))
         for string, neck in zip(made.strings, made.necks, strict=True):
             self.check_notes(string, neck, f"string[{string.name}]", "bench")
         return made
@@ -228,10 +228,10 @@ class Builder:
             raise self.error("capo", f"must be from 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
         pairs = []
         for (string, neck, where, place), each in zip(made, wanted, strict=True):
-            string = tuned(string, each.note, each.offsets)
-            if not LEAST_TENSION <= string.tension <= MOST_TENSION:
+            string = tune_string(string, each.note, each.offsets)
+            if not MIN_TENSION <= string.tension <= MAX_TENSION:
                 why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
-                raise self.error("tuning", f"{why}, which must be {allowed(TENSION)}", data.get("tuning"))
+                raise self.error("tuning", f"{why}, which must be {limits_of(TENSION)}", data.get("tuning"))
             string, neck = with_capo(string, neck, head["capo"])
             if not self.ships:
                 self.check_notes(string, neck, where, place)
@@ -249,7 +249,7 @@ class Builder:
                 if each_string(key) and (listed := items(raw.get(key.name))) is not None:
                     place = f"{section}.{key.name}"
                     try:
-                        checked(replace(key, kind=f"{key.kind}[]"), listed)
+                        check_value(replace(key, kind=f"{key.kind}[]"), listed)
                     except ValueError as error:
                         raise self.error(place, str(error), raw[key.name]) from None
                     if len(listed) != count:
@@ -271,8 +271,8 @@ class Builder:
             raise self.error("pickup", "missing; at least one [[pickup]] if output.kind is pickups")
         for name in names:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
-            if pickups and not 1 <= sensing <= MOST_SENSING:
-                raise self.error("pickup", f"{sensing} of them sense string {name}; there must be 1 to {MOST_SENSING}")
+            if pickups and not 1 <= sensing <= MAX_SENSING:
+                raise self.error("pickup", f"{sensing} of them sense string {name}; there must be 1 to {MAX_SENSING}")
         room = min(string.length - neck_end(neck) for string, neck in pairs)
         ends = f"must be between the saddle and the neck, 0 mm to {mm(room)}"
         for i, p in enumerate(pickups, 1):
@@ -352,7 +352,7 @@ class Builder:
 
     def check_damping(self, string: String, neck: Neck, where: str, neck_where: str) -> None:
         """Checks that every mode of the string can ring, at every fret."""
-        found = overdamped(string, neck)
+        found = overdamped_mode(string, neck)
         if not found:
             return
         key = next(k for k in KEYS if k.name == found.key)
@@ -367,9 +367,9 @@ class Builder:
         mu = values["linear_density"]
         speed = 2 * length * pitch
         tension = values.setdefault("tension", mu * (speed * speed))
-        if not LEAST_TENSION <= tension <= MOST_TENSION:
+        if not MIN_TENSION <= tension <= MAX_TENSION:
             note = note_name(values["open_note"])
-            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, which must be {allowed(TENSION)}"
+            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, which must be {limits_of(TENSION)}"
             raise self.error(f"{where}.tension", f"{why}; another linear_density or open_note would do")
         core = values.pop("core_diameter", None)
         modulus, ratio = values.pop("core_modulus"), values.pop("stiffness_ratio")
@@ -418,8 +418,8 @@ class Builder:
             if not x or len(x) != len(h):
                 why = f"{len(h)} for {len(x)} fret_positions; there must be one for each, and at least 1"
                 raise self.error(f"{where}.fret_heights", why)
-            if len(x) > MOST_FRETS:
-                raise self.error(f"{where}.fret_positions", f"{len(x)} frets; there must be at most {MOST_FRETS}")
+            if len(x) > MAX_FRETS:
+                raise self.error(f"{where}.fret_positions", f"{len(x)} frets; there must be at most {MAX_FRETS}")
             self.check_ascending(f"{where}.fret_positions", x, "length", v["grid_step"])
             if not 0 < x[0] <= x[-1] < length:
                 off = mm(x[0] if x[0] <= 0 else x[-1])
@@ -427,7 +427,7 @@ class Builder:
             h = tuple(v["height_scale"] * height + v["height_offset"] for height in h)
             h = tuple(height + lift.get(k, 0.0) for k, height in enumerate(h, 1))
             if hand:
-                h = tilted(x, h, v["action"])
+                h = tilt(x, h, v["action"])
         else:
             x, h = frets_from_geometry(length, v["frets"], v["action"], v["relief"], v["nut_height"], lift)
         if lift and max(lift) > len(x):
@@ -446,18 +446,18 @@ class Builder:
         as_given = {f.name: v[f.name] for f in fields(Neck) if f.name in v and f.name not in _FRETS}
         return length, Neck(x, h, admittance=admittance, surface=surface, fretless=v["obstacle"] == "board", **as_given)
 
-    def check_ascending(self, where: str, values: tuple[float, ...], dimension: str, least: float = 0.0) -> None:
-        """Checks that each of `values` is above the one before, by at least `least` (rounding errors aside)."""
+    def check_ascending(self, where: str, values: tuple[float, ...], dimension: str, minimum: float = 0.0) -> None:
+        """Checks that each of `values` is above the one before, by at least `minimum` (rounding errors aside)."""
         for number, (a, b) in enumerate(pairwise(values), 2):
-            if b <= a or b - a < least * (1 - 1e-9):
-                why = f"must ascend, by at least {format_quantity(least, dimension)}" if least else "must ascend"
+            if b <= a or b - a < minimum * (1 - 1e-9):
+                why = f"must ascend, by at least {format_quantity(minimum, dimension)}" if minimum else "must ascend"
                 raise self.error(where, f"item {number}, {format_quantity(b, dimension)}: {why}")
 
 
 def merged_neck(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
     """The keys of a string's neck: those `shared` by all, unless its `own` replace them."""
     drop = GEOMETRY if own.keys() & _FRETS else MEASURED if own.keys() & GEOMETRY else set()
-    drop = drop | replaced(set(own))
+    drop = drop | replaced_keys(set(own))
     return {k: v for k, v in shared.items() if k not in drop} | own
 
 

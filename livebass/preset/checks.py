@@ -1,7 +1,7 @@
 """Checks of a preset that involve several keys: the neck's admittance, its surface, and damping.
 
 preset/keys.py has checked each value. `neck_admittance` and `neck_surface` raise `Conflict` for keys that do not go
-together; `overdamped` finds a mode that cannot ring and the key that causes it. preset/build.py turns both into
+together; `overdamped_mode` finds a mode that cannot ring and the key that causes it. preset/build.py turns both into
 messages.
 """
 
@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.kernels.string import law
-from livebass.kernels.string.note import MOST_DETUNING
+from livebass.kernels.string.note import MAX_DETUNING
 from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
-from livebass.model.neck import MOST_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
-from livebass.model.quality import MOST_MODES
+from livebass.model.neck import MAX_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
+from livebass.model.quality import MAX_MODES
 from livebass.rows.arrays import Floats
 from livebass.rows.units import DIMENSIONS, format_quantity
 
@@ -35,7 +35,7 @@ DAMPING_KEYS = (
     "measured_dampings", "stop_conductance",
 )  # fmt: skip
 BEYOND = 0.02  # m of board beyond the last fret, by default
-MOST_DAMPING = 0.999  # of critical
+MAX_DAMPING = 0.999  # of critical
 
 Numbers = tuple[float, ...]
 
@@ -48,7 +48,7 @@ class Conflict(ValueError):
         self.key, self.why, self.raw = key, why, raw
 
 
-def replaced(own: set[str]) -> set[str]:
+def replaced_keys(own: set[str]) -> set[str]:
     """The shared neck's admittance keys that do not apply to a string whose own neck has the keys `own`."""
     void: set[str] = set()
     for kind, other in ((TABLE_KEYS, RESONANCE_KEYS), (RESONANCE_KEYS, TABLE_KEYS)):
@@ -64,17 +64,17 @@ def neck_admittance(values: dict[str, Any]) -> Admittance:
     if values.keys() & TABLE_KEYS and values.keys() & RESONANCE_KEYS:
         key = sorted(values.keys() & RESONANCE_KEYS)[0]
         raise Conflict(key, "resonances are not allowed together with a table of conductances")
-    nu, real = _paired(values, "conductance_frequencies", "conductance_values")
-    _, imaginary = _paired(values, "conductance_frequencies", "susceptance_values", (0.0,) * len(nu))
-    hertz, quality = _paired(values, "resonance_frequencies", "resonance_qualities")
-    _, mass = _paired(values, "resonance_frequencies", "resonance_masses")
-    in_order = tuple(min(k, MOST_SHAPE) for k in range(1, len(hertz) + 1))
-    _, shapes = _paired(values, "resonance_frequencies", "resonance_shapes", in_order)
+    nu, real = _pair_up(values, "conductance_frequencies", "conductance_values")
+    _, imaginary = _pair_up(values, "conductance_frequencies", "susceptance_values", (0.0,) * len(nu))
+    hertz, quality = _pair_up(values, "resonance_frequencies", "resonance_qualities")
+    _, mass = _pair_up(values, "resonance_frequencies", "resonance_masses")
+    in_order = tuple(min(k, MAX_SHAPE) for k in range(1, len(hertz) + 1))
+    _, shapes = _pair_up(values, "resonance_frequencies", "resonance_shapes", in_order)
     resonances = tuple(Resonance(*row) for row in zip(hertz, quality, mass, shapes, strict=True))
     return Admittance(resonances, tuple(zip(nu, real, imaginary, strict=True)))
 
 
-def _paired(
+def _pair_up(
     values: dict[str, Any], first: str, second: str, default: Numbers = ()
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """The lists of two keys; a missing second one is `default`. Raises Conflict if one is longer."""
@@ -122,7 +122,7 @@ def _check_surface_keys(given: set[str], kind: str, measured: Surface) -> None:
 
 
 def _measured_profile(v: dict[str, Any]) -> Surface:
-    x, h = _paired(v, "profile_positions", "profile_heights")
+    x, h = _pair_up(v, "profile_positions", "profile_heights")
     if len(x) == 1:
         raise Conflict("profile_positions", "1 place; a profile needs at least 2")
     return tuple(zip(x, h, strict=True))
@@ -148,7 +148,7 @@ def mm(length: float) -> str:
 class Overdamped:
     """A mode that cannot ring, and the preset key that contributes most.
 
-    The mode is damped beyond `MOST_DAMPING`, or, in u, shifted by the neck beyond `MOST_DETUNING`.
+    The mode is damped beyond `MAX_DAMPING`, or, in u, shifted by the neck beyond `MAX_DETUNING`.
     """
 
     fret: int
@@ -177,7 +177,7 @@ class Overdamped:
         return f"{item}{verb} mode {self.mode}{whose} at fret {self.fret} {how_far}; {cure}"
 
 
-def overdamped(string: String, neck: Neck) -> Overdamped | None:
+def overdamped_mode(string: String, neck: Neck) -> Overdamped | None:
     """The first mode that is damped or shifted too much, at the first fret that has one; None if every mode rings."""
     found = _first_fault(string, neck)
     if found is None:
@@ -189,10 +189,10 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
     key = max(parts, key=parts.__getitem__)
     # Bisection, as damping is not linear in the value: the tuning depends on the mute.
     item, low, high = items[key], 0.0, 1.0  # of the value
-    if _first_fault(*_scaled(string, neck, key, item, low)) is None:
+    if _first_fault(*_scale_value(string, neck, key, item, low)) is None:
         for _ in range(20):
             middle = (low + high) / 2
-            if _first_fault(*_scaled(string, neck, key, item, middle)) is None:
+            if _first_fault(*_scale_value(string, neck, key, item, middle)) is None:
                 low = middle
             else:
                 high = middle
@@ -209,7 +209,7 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | No
         if not (count := _modes_in_doubt(s)):
             continue
         shift = modes.neck_detuning(s, count)
-        shifted, nu = np.abs(shift) > MOST_DETUNING, modes.frequencies(s, count, shift)
+        shifted, nu = np.abs(shift) > MAX_DETUNING, modes.frequencies(s, count, shift)
         over = shifted | _cannot_ring(s, nu, False)
         if over.any():
             j = int(np.argmax(over))
@@ -224,15 +224,17 @@ def _modes_in_doubt(s: Speaking) -> int:
 
     The neck shifts or damps no mode by more than its greatest admittance would.
     """
-    j = np.arange(1.0, min(s.grid_points - 1, MOST_MODES) + 1)
+    j = np.arange(1.0, min(s.grid_points - 1, MAX_MODES) + 1)
     yielding = max(_greatest(s.felt(across)) for across in (False, True))
     shift = modes.impedance(s) * yielding / (math.pi * j)
     # A frequency of v has three shifts: u's own, and the two that tell v from u. Turned axes lie between the two.
-    lowest = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) - 3 * shift) / (1 + s.longer_across)
+    lowest = (
+        j * s.fundamental * (law.stretch_ratio(s.paper_law, s.inharmonicity, j) - 3 * shift) / (1 + s.longer_across)
+    )
     nu = modes.law_frequencies(s, j)
     highest = math.pi * nu * modes.loss_factor(s, nu) + law.neck_damping(yielding, modes.impedance(s), s.fundamental)
     highest += s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu
-    doubtful = (shift > MOST_DETUNING) | (highest > MOST_DAMPING * 2 * math.pi * lowest)
+    doubtful = (shift > MAX_DETUNING) | (highest > MAX_DAMPING * 2 * math.pi * lowest)
     measured = max(len(s.string.measured_frequencies), len(s.string.measured_dampings)) if s.stop == 0 else 0
     return min(j.size, max(measured, int(np.max(j, where=doubtful, initial=0))))
 
@@ -244,8 +246,8 @@ def _greatest(y: Admittance) -> float:
 
 
 def _cannot_ring(s: Speaking, nu: Floats, across: bool) -> NDArray[np.bool_]:
-    """Returns whether each mode of u, or of v, if `across`, at `nu` (n,), Hz, is damped beyond `MOST_DAMPING`, (n,)."""
-    return np.asarray(modes.dampings(s, nu.size, nu, across) > MOST_DAMPING * 2 * math.pi * nu)
+    """Returns whether each mode of u, or of v, if `across`, at `nu` (n,), Hz, is damped beyond `MAX_DAMPING`, (n,)."""
+    return np.asarray(modes.dampings(s, nu.size, nu, across) > MAX_DAMPING * 2 * math.pi * nu)
 
 
 def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
@@ -261,7 +263,7 @@ def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, de
     """The share of `key` in the damping of mode j + 1, 1/s, or in its relative shift."""
 
     def amount(by: float) -> float:
-        s = speaking(*_scaled(string, neck, key, item, by), fret)
+        s = speaking(*_scale_value(string, neck, key, item, by), fret)
         return float(abs(modes.neck_detuning(s, j + 1)[j]) if detuned else modes.dampings(s, j + 1, across=across)[j])
 
     return amount(1.0) - amount(0.0)
@@ -280,7 +282,7 @@ def _value(string: String, neck: Neck, key: str, item: int) -> float:
     return float(getattr(string, key))
 
 
-def _scaled(string: String, neck: Neck, key: str, item: int, by: float) -> tuple[String, Neck]:
+def _scale_value(string: String, neck: Neck, key: str, item: int, by: float) -> tuple[String, Neck]:
     """String and neck with the value of `key`, or of its item, times `by`; a mass is divided by it."""
     y = neck.admittance
     if key in COLUMNS:

@@ -35,10 +35,10 @@ class Rule:
 def _straight(bass: Instrument, part: Any) -> bool:
     player = bass.player
     plucked = player.pluck_angle == 0 and player.angle_when_hard == 0 and player.stroke not in ("pick", "pop")
-    return plucked and not _turned(bass)
+    return plucked and not _is_turned(bass)
 
 
-def _turned(bass: Instrument) -> bool:
+def _is_turned(bass: Instrument) -> bool:
     """True if motion up and down becomes motion across."""
     return any(neck.own_across and neck.axes_turned for neck in bass.necks)
 
@@ -55,7 +55,7 @@ def _slaps_only(bass: Instrument, part: Any) -> bool:
     return bass.player.technique == "slap" and bass.player.slapped_strings == len(bass.strings)
 
 
-def _unpicked(bass: Instrument, part: Any) -> bool:
+def _is_unpicked(bass: Instrument, part: Any) -> bool:
     return bass.player.stroke != "pick"
 
 
@@ -132,10 +132,10 @@ RULES = (
         lambda _, player: not player.palm_resistance,
     ),
     *_group("pluck", STRUCK, _slaps_only),
-    *_group("across", STRUCK, lambda bass, part: _slaps_only(bass, part) and not _turned(bass)),
+    *_group("across", STRUCK, lambda bass, part: _slaps_only(bass, part) and not _is_turned(bass)),
     Rule("pick", PICKING, STRUCK, _slaps_only),
-    Rule("pick", PICKING, NO_PICK, _unpicked),
-    *_group("pick", NO_PICK, _unpicked),
+    Rule("pick", PICKING, NO_PICK, _is_unpicked),
+    *_group("pick", NO_PICK, _is_unpicked),
 )
 # Keys without a field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"
@@ -182,7 +182,7 @@ def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
     """
     builder = _Unchecked(label)
     bass = builder.instrument(data)
-    heard = _heard(bass)
+    heard = _heard_fields(bass)
     idle = (given for given in given_keys(data) if _is_idle(given, data, heard, builder))
     return [(given.place, _why(given, data, bass)) for given in idle]
 
@@ -192,7 +192,7 @@ def _is_idle(given: Given, data: dict[str, Any], heard: Instrument, builder: Bui
     idle = False
     for raw in other_values(given.key, given.raw):
         try:
-            other = _heard(builder.instrument(given.with_value(data, raw)))
+            other = _heard_fields(builder.instrument(given.with_value(data, raw)))
         except PresetError:
             continue
         if other != heard:
@@ -237,10 +237,10 @@ def other_values(key: Key, raw: Any) -> Iterator[Any]:
     elif kind in DIMENSIONS:
         number, unit = split_quantity(raw, kind)
         size = DIMENSIONS[kind].units[unit]
-        ends = [quantity(end, kind) / size for end in (key.least, key.most)]
+        ends = [quantity(end, kind) / size for end in (key.minimum, key.maximum)]
         yield from (f"{other!r} {unit}" for other in _other_numbers(number, ends))
     elif kind == "number":
-        yield from _other_numbers(raw, [float(key.least), float(key.most)])
+        yield from _other_numbers(raw, [float(key.minimum), float(key.maximum)])
     elif kind in ("integer", "controller"):
         yield from (raw + 1, raw - 1)
 
@@ -259,7 +259,7 @@ def _parts(bass: Instrument) -> dict[str, list[Any]]:
     }  # fmt: skip
 
 
-def _heard(bass: Instrument) -> Instrument:
+def _heard_fields(bass: Instrument) -> Instrument:
     """`bass` with defaults for all fields that change none of its notes."""
     parts = _parts(bass)
     for rule in RULES:

@@ -21,7 +21,7 @@ from typing import Any
 
 from livebass.model.keymap import COUNTING, KEYS, MAPS, MODO, KeyMap
 from livebass.preset.keys import fault, nearest, unknown_name
-from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
+from livebass.preset.source import PresetError, decode, file_bytes, is_path, parse
 from livebass.rows.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
 from livebass.rows.units import note_name, note_number, one_line, pitch_name
 
@@ -39,8 +39,8 @@ def load_key_map(name_or_path: str) -> KeyMap:
         if name_or_path not in MAPS:
             raise unknown_name("key map", name_or_path, list(MAPS))
         return MAPS[name_or_path]
-    text = decoded(name_or_path, file_bytes(name_or_path, "key map", MAPS), "key map")
-    return _Reader(name_or_path).key_map(parsed(name_or_path, text, "key map", "[strings], [keys] or [controllers]"))
+    text = decode(name_or_path, file_bytes(name_or_path, "key map", MAPS), "key map")
+    return _Reader(name_or_path).key_map(parse(name_or_path, text, "key map", "[strings], [keys] or [controllers]"))
 
 
 def keys_of_player(name_or_path: str, preset: str) -> KeyMap:
@@ -60,7 +60,7 @@ def key_map_text(keys: KeyMap) -> str:
     lines += ["", "[strings]  # hold: notes are played on this string, by its open note"]
     lines += [f"{_toml_key(name)} = {key}  # {note_name(key)}" for name, key in strings]
     lines += ["", "[keys]"]
-    switched = {row.symbol: f"{row.asked}: {row.help}" for row in TECHNIQUE_ROWS.values()}
+    switched = {row.symbol: f"{row.trigger}: {row.help}" for row in TECHNIQUE_ROWS.values()}
     entries = [(key, name) for key, name, value in keys.keys if value in (0, 1) and name != "string"]
     lines += _entries(entries, switched, lambda keys: f"{' '.join(map(note_name, keys))}, ")
     lines += ["", "[controllers]"]
@@ -115,11 +115,11 @@ class _Reader:
             raise self.error(section, f"must be a table, [{section}]", raw)
         return raw
 
-    def numbers(self, place: str, raw: Any, most: int, rule: str) -> list[int]:
-        """The numbers 0 to `most` of an entry, one or a list."""
+    def numbers(self, place: str, raw: Any, maximum: int, rule: str) -> list[int]:
+        """The numbers 0 to `maximum` of an entry, one or a list."""
         listed = raw if isinstance(raw, list) else [raw]
         for number in listed:
-            if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
+            if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= maximum:
                 raise self.error(place, f"must be {rule}", raw)
         return listed
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 from typing import Any
 
 from livebass.files.formats import FORMATS
-from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
+from livebass.kernels.effects.records import LONGEST, MAX_RATE, MIN_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
@@ -37,7 +37,7 @@ DATACLASSES = {
     "pick": Pick,
     "effects": Effects,
 }
-MOST_POINTS = 16  # of a curve
+MAX_POINTS = 16  # of a curve
 # MIDI controllers with a fixed meaning; from 120 on they are channel mode messages.
 RESERVED = (*RPN, *(n for name in ("volume", "expression", "let_ring") for n in FUNCTION_ROWS[name].controllers))
 
@@ -49,8 +49,8 @@ class Key:
     section: str
     name: str
     kind: str  # a dimension of `units`, choices "a|b", number, integer, text, note, tuning ...; with "[]": a list
-    least: str
-    most: str
+    minimum: str
+    maximum: str
     default: Any  # or REQUIRED, or None: optional, see `meaning`
     meaning: str
 
@@ -62,7 +62,7 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
         value = None if row.optional else getattr(cls, name, REQUIRED)
         if row.kind in DIMENSIONS and isinstance(value, float):
             value = readable_quantity(value, row.kind)
-        made.append(Key(section, name, row.kind, row.least, row.most, value, row.meaning))
+        made.append(Key(section, name, row.kind, row.minimum, row.maximum, value, row.meaning))
     names = [key.name for key in made]
     return made[names.index(after) + 1 if after else 0 : names.index(last) + 1 if last else None]
 
@@ -75,7 +75,7 @@ def _parameters() -> list[Key]:
         if symbol != "bass" and p.group != "Processor":
             section, does = ("bench", slider.help) if slider else ("plugin", f"{p.name} of plugins and page")
             kind, meaning = "integer" if p.whole else "number", f"{p.unit}: {does}" if p.unit else does
-            made.append(Key(section, symbol, kind, f"{p.least:g}", f"{p.most:g}", None, meaning))
+            made.append(Key(section, symbol, kind, f"{p.minimum:g}", f"{p.maximum:g}", None, meaning))
     return sorted(made, key=lambda key: key.section)
 
 
@@ -174,7 +174,7 @@ def key_names(section: str) -> tuple[str, ...]:
     return tuple(key.name for key in keys_of(section))
 
 
-def allowed(key: Key, unit: str | None = None) -> str:
+def limits_of(key: Key, unit: str | None = None) -> str:
     """Describes the allowed values of `key` for a message, with quantities in `unit` if given."""
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
@@ -183,7 +183,7 @@ def allowed(key: Key, unit: str | None = None) -> str:
         return 'a note such as "E1" or "Bb0", or a MIDI number from 0 to 127'
     if kind == "text":
         lines = " in one line" if _has_one_line(key) else ""
-        return f"text of {key.least} to {key.most} characters{lines}" + (", several" if key.kind != kind else "")
+        return f"text of {key.minimum} to {key.maximum} characters{lines}" + (", several" if key.kind != kind else "")
     if kind == "tuning":
         return tuning.ALLOWED
     if kind == "temperament":
@@ -191,33 +191,33 @@ def allowed(key: Key, unit: str | None = None) -> str:
     if kind == "pitch":
         return between(tuning.LOWEST_A4, tuning.HIGHEST_A4, "Hz")
     if kind == "lift":
-        return f'{{6 = "0.5 mm"}} with fret numbers and lengths from {key.least} to {key.most}'
+        return f'{{6 = "0.5 mm"}} with fret numbers and lengths from {key.minimum} to {key.maximum}'
     if kind in DIMENSIONS:
-        ends = [(quantity(text, kind), unit or units.unit_of(text, kind)) for text in (key.least, key.most)]
-        least, most = (format_quantity(value, kind, shown) for value, shown in ends)
-        return f"from {least} to {most}" + (", several" if key.kind != kind else "")
+        ends = [(quantity(text, kind), unit or units.unit_of(text, kind)) for text in (key.minimum, key.maximum)]
+        minimum, maximum = (format_quantity(value, kind, shown) for value, shown in ends)
+        return f"from {minimum} to {maximum}" + (", several" if key.kind != kind else "")
     if kind == "controller":
-        return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, sorted(RESERVED)))}"
+        return f"a whole number from {key.minimum} to {key.maximum} except {', '.join(map(str, sorted(RESERVED)))}"
     if kind == "key map":
         return f"{', '.join(MAPS)}, or a TOML file, see `livebass presets keymap`"
     if kind == "sound file":
-        return f"a sound file such as WAV of at most {LONGEST:g} s, {LEAST_RATE} to {MOST_RATE} Hz"
+        return f"a sound file such as WAV of at most {LONGEST:g} s, {MIN_RATE} to {MAX_RATE} Hz"
     if kind == "curve":
-        points = f"or points of velocities, at most {MOST_POINTS}, such as [[1, 1], [64, 90], [127, 127]]"
-        return f"{', '.join(CURVES)}, an exponent from {key.least} to {key.most}, {points}"
-    one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.least} to {key.most}"
+        points = f"or points of velocities, at most {MAX_POINTS}, such as [[1, 1], [64, 90], [127, 127]]"
+        return f"{', '.join(CURVES)}, an exponent from {key.minimum} to {key.maximum}, {points}"
+    one = f"{'a whole number' if kind == 'integer' else 'a number'} from {key.minimum} to {key.maximum}"
     return one + (", several" if key.kind != kind else "")
 
 
-def checked(key: Key, raw: Any) -> Any:
+def check_value(key: Key, raw: Any) -> Any:
     """Checks a value `raw` from a file and returns it in SI. Raises ValueError that says what is allowed."""
     kind = key.kind
     if kind.endswith("[]"):
         return _several(key, raw)
     if kind == "lift":
         if not isinstance(raw, dict) or not all(re.fullmatch("[1-9][0-9]?", fret) for fret in raw):
-            raise ValueError(f"must be {allowed(key)}")
-        return {int(fret): checked(replace(key, kind="length"), height) for fret, height in raw.items()}
+            raise ValueError(f"must be {limits_of(key)}")
+        return {int(fret): check_value(replace(key, kind="length"), height) for fret, height in raw.items()}
     if kind == "note":
         return units.note_number(raw)
     if kind == "tuning":
@@ -228,25 +228,25 @@ def checked(key: Key, raw: Any) -> Any:
         return tuning.reference_of(raw)
     if kind in DIMENSIONS:
         if not isinstance(raw, str):
-            raise ValueError(f'must be a text with a unit such as "{key.least}" (units: {units.allowed_units(kind)})')
+            raise ValueError(f'must be a text with a unit such as "{key.minimum}" (units: {units.allowed_units(kind)})')
         value = quantity(raw, kind)
-        good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
+        good = quantity(key.minimum, kind) <= value <= quantity(key.maximum, kind)
     elif kind == "curve":
         value, good = _curve(key, raw)
     elif kind in ("key map", "sound file"):
         value, good = raw, isinstance(raw, str) and bool(raw.strip())
     elif kind == "text":
-        value, good = raw, isinstance(raw, str) and int(key.least) <= len(raw.strip()) <= int(key.most)
+        value, good = raw, isinstance(raw, str) and int(key.minimum) <= len(raw.strip()) <= int(key.maximum)
         good = good and not (_has_one_line(key) and any(unicodedata.category(c) == "Cc" for c in raw))
     elif "|" in kind:
         value, good = raw, isinstance(raw, str) and raw in kind.split("|")
     else:
         types = (int,) if kind in ("integer", "controller") else (int, float)
         numeric = isinstance(raw, types) and not isinstance(raw, bool)
-        value, good = raw, numeric and float(key.least) <= raw <= float(key.most)
+        value, good = raw, numeric and float(key.minimum) <= raw <= float(key.maximum)
         good = good and not (kind == "controller" and raw in RESERVED)
     if not good:
-        raise ValueError(f"must be {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
+        raise ValueError(f"must be {limits_of(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
     return float(value) if kind == "number" or (kind == "curve" and isinstance(value, int)) else value
 
 
@@ -261,20 +261,20 @@ def _curve(key: Key, raw: Any) -> tuple[Any, bool]:
         return raw, raw in CURVES
     if not isinstance(raw, (list, tuple)):
         number = isinstance(raw, (int, float)) and not isinstance(raw, bool)
-        return raw, number and float(key.least) <= raw <= float(key.most)
+        return raw, number and float(key.minimum) <= raw <= float(key.maximum)
     for point in raw:
         if not isinstance(point, (list, tuple)) or len(point) != 2:
             return raw, False
         if any(isinstance(v, bool) or not isinstance(v, (int, float)) or not 1 <= v <= 127 for v in point):
             return raw, False
     points = tuple((float(x), float(y)) for x, y in raw)
-    return points, 1 <= len(points) <= MOST_POINTS and all(a[0] < b[0] for a, b in pairwise(points))
+    return points, 1 <= len(points) <= MAX_POINTS and all(a[0] < b[0] for a, b in pairwise(points))
 
 
 def items(raw: Any) -> list[Any] | None:
     """The items of a list in a file, [1, 2] or {unit = "mm", values = [1, 2]}, unparsed; None for no list."""
     if isinstance(raw, dict) and set(raw) == {"unit", "values"} and isinstance(raw["values"], list):
-        return [f"{quoted(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
+        return [f"{quote(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
     return raw if isinstance(raw, list) else None
 
 
@@ -291,13 +291,13 @@ def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     values = []
     for number, item in enumerate(listed, 1):
         try:
-            values.append(checked(one, item))
+            values.append(check_value(one, item))
         except ValueError as error:
-            raise ValueError(complaint(f"item {number}", error, quoted(item))) from None
+            raise ValueError(complaint(f"item {number}", error, quote(item))) from None
     return tuple(values)
 
 
-def quoted(raw: Any) -> str:
+def quote(raw: Any) -> str:
     """Quotes a value of a file for a message: one line of 60 characters at most."""
     try:
         text = f'"{raw}"' if isinstance(raw, str) else repr(raw)
@@ -308,14 +308,14 @@ def quoted(raw: Any) -> str:
 
 def fault(label: str, where: str, why: object, *raw: Any) -> PresetError:
     """An error of the file `label` at `where`, a section and key, with the value `raw` if given."""
-    return PresetError(f"{label}: {complaint(where, why, *map(quoted, raw))}")
+    return PresetError(f"{label}: {complaint(where, why, *map(quote, raw))}")
 
 
 def unknown_name(kind: str, name: str, names: list[str]) -> PresetError:
     """An error about the `name` of a `kind` of file that livebass does not come with."""
     if is_scale(name):
         return PresetError(f"{name}: {SCALE}")
-    return PresetError(f"{kind} {quoted(name)}: unknown; {nearest(name, names)}; a file needs a path with .toml or /")
+    return PresetError(f"{kind} {quote(name)}: unknown; {nearest(name, names)}; a file needs a path with .toml or /")
 
 
 def nearest(name: str, names: Sequence[str]) -> str:

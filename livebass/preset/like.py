@@ -15,7 +15,7 @@ from livebass.preset.build import merged_neck
 from livebass.preset.keys import SECTIONS, fault
 from livebass.preset.source import PresetError, is_path
 
-MOST = 8  # presets, each like the next
+MAXIMUM = 8  # presets, each like the next
 PITCH = "open_note"
 PATHS = (("effects", "response"), ("player", "keys"))  # keys with paths relative to their file
 # In a string: keys that a key replaces
@@ -34,15 +34,15 @@ def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], d
     name = data["like"]
     if not isinstance(name, str) or not name.strip():
         raise fault(label, "like", 'must be the name of a preset, or the path of one, "x.toml"', name)
-    if deep == MOST:
-        raise fault(label, "like", f"a chain of more than {MOST} presets", name)
+    if deep == MAXIMUM:
+        raise fault(label, "like", f"a chain of more than {MAXIMUM} presets", name)
     try:
         base_label, base = read(str(Path(label).parent / name) if is_path(name) else name)
     except PresetError as error:
         raise fault(label, "like", error, name) from None
     base = whole(base_label, base, read, deep + 1)
     own = {key: value for key, value in data.items() if key != "like"}
-    return _merged(label, with_paths(base_label, base), own)
+    return _merge(label, with_paths(base_label, base), own)
 
 
 def with_paths(label: str, base: Tables) -> Tables:
@@ -57,7 +57,7 @@ def with_paths(label: str, base: Tables) -> Tables:
     return base
 
 
-def _merged(label: str, base: Tables, own: Tables) -> Tables:
+def _merge(label: str, base: Tables, own: Tables) -> Tables:
     """The tables of `base`, with the `own` tables of a file merged in."""
     made = base | {key: value for key, value in own.items() if key not in SECTIONS}
     for section in (section for section in SECTIONS if section in own):
@@ -90,7 +90,7 @@ def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
             known = [str(string.get("name", "")) for string in base]
             why = f"the preset named by like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
             raise fault(label, f"string[{number}].name", why, *([given["name"]] if "name" in given else []))
-        found[_name(given)] = given if there is None else _joined(there, given)
+        found[_name(given)] = given if there is None else _join(there, given)
     return [found[_name(string)] for string in (own if len(found) > len(made) else base)]
 
 
@@ -98,7 +98,7 @@ def _name(string: Tables) -> str:
     return str(string.get("name", "")).casefold()
 
 
-def _joined(there: Tables, given: Tables) -> Tables:
+def _join(there: Tables, given: Tables) -> Tables:
     """A [[string]] table with the keys of `given` in place of its own."""
     void = {key for said, others in INSTEAD.items() if said in given for key in others}
     there = {key: value for key, value in there.items() if key not in void}

@@ -9,14 +9,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from livebass.files.formats import renamed
+from livebass.files.formats import rename_keys
 from livebass.model.instrument import Instrument
 from livebass.preset import revisions
 from livebass.preset.build import Builder
-from livebass.preset.keys import KEYS, Key, allowed, unknown_name
+from livebass.preset.keys import KEYS, Key, limits_of, unknown_name
 from livebass.preset.like import whole, with_paths
 from livebass.preset.sounds import sound_names, sound_text
-from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
+from livebass.preset.source import decode, file_bytes, is_path, parse, shipped_folder
 from livebass.rows.row import REQUIRED
 
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
@@ -29,12 +29,12 @@ def preset_names() -> list[str]:
         >>> "slap" in preset_names()
         True
     """
-    return _names_in(shipped())
+    return _names_in(shipped_folder())
 
 
 def laboratory_names() -> list[str]:
     """Names of the presets for experiments, not basses, sorted: for `simulate` and studies."""
-    return _names_in(shipped() / LABORATORY)
+    return _names_in(shipped_folder() / LABORATORY)
 
 
 def _names_in(folder: Path) -> list[str]:
@@ -93,14 +93,14 @@ def _as_shipped(name: str) -> Instrument:
     return Builder(label, ships=True).instrument(data)
 
 
-def preset_with(note: int, usual: str) -> str | None:
-    """The name of a shipped bass that has `note`: the one with the least room below it; in a tie, `usual`.
+def preset_with(note: int, default: str) -> str | None:
+    """The name of a shipped bass that has `note`: the one with the least room below it; in a tie, `default`.
 
     None if no bass has it.
     """
     ranges = _ranges()
     having = [name for name, (lowest, highest) in ranges.items() if lowest <= note <= highest]
-    return max(having, key=lambda name: (ranges[name][0], name == usual), default=None)
+    return max(having, key=lambda name: (ranges[name][0], name == default), default=None)
 
 
 @cache
@@ -127,7 +127,7 @@ def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any
 def renamed_keys(name_or_path: str | os.PathLike[str]) -> list[str]:
     """A line for each key of a preset file that has another name now. Raises PresetError."""
     _, text = preset_source(name_or_path)
-    return renamed("preset", tomllib.loads(text))[1]
+    return rename_keys("preset", tomllib.loads(text))[1]
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:
@@ -141,7 +141,7 @@ def preset_text(name_or_path: str | os.PathLike[str]) -> str:
         given = any(key.name in table for table in (tables if isinstance(tables, list) else [tables]))
         if not given and key.default not in (None, REQUIRED, ""):
             default = f'"{key.default}"' if isinstance(key.default, str) else _default(key)
-            lines.append(f"#   {_place(key)} = {default}  ({allowed(key)}: {key.meaning})\n")
+            lines.append(f"#   {_place(key)} = {default}  ({limits_of(key)}: {key.meaning})\n")
     return text.rstrip("\n") + "\n\n# Not set above, so at the default:\n" + "".join(lines)
 
 
@@ -150,7 +150,7 @@ def preset_reference() -> str:
     rows = ["| key | allowed | default | meaning |", "|---|---|---|---|"]
     for key in KEYS:
         default = "required" if key.default is REQUIRED else _default(key)
-        rows.append(f"| `{_place(key)}` | {allowed(key).replace('|', ', ')} | {default} | {key.meaning} |")
+        rows.append(f"| `{_place(key)}` | {limits_of(key).replace('|', ', ')} | {default} | {key.meaning} |")
     return "\n".join(rows) + "\n"
 
 
@@ -171,7 +171,7 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
         tables = revisions.earlier(name, number, preset_tables(name)[1])
         return os.fspath(name_or_path), revisions.toml_of(tables)
     if not is_path(name):
-        folder = shipped() / LABORATORY if name in laboratory_names() else shipped()
+        folder = shipped_folder() / LABORATORY if name in laboratory_names() else shipped_folder()
         if name not in _names_in(folder):
             if name in sound_names():
                 return f"{name}.toml", sound_text(name)
@@ -179,9 +179,9 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:
         label, raw = name, file_bytes(name, "preset", preset_names())
-    return label, decoded(label, raw, "preset")
+    return label, decode(label, raw, "preset")
 
 
 def parsed_text(label: str, text: str) -> dict[str, Any]:
     """The tables of a preset's text, parsed but not checked; `label`: its file. Raises PresetError."""
-    return parsed(label, text, "preset", "name, [neck] and [[string]], or like")
+    return parse(label, text, "preset", "name, [neck] and [[string]], or like")

@@ -7,7 +7,7 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
+from livebass.kernels.effects.records import LONGEST, MAX_RATE, MIN_RATE
 from livebass.kernels.effects.response import LEAD, NOTHING, SILENT
 from livebass.model.instrument import Response
 from livebass.preset.source import PresetError
@@ -27,7 +27,7 @@ def load_response(path: str | os.PathLike[str], normalized: bool = True) -> Resp
     """
     name = os.fspath(path)
     try:
-        sound = read_sound(path, "response", LONGEST_FILE, (LEAST_RATE, MOST_RATE))
+        sound = read_sound(path, "response", LONGEST_FILE, (MIN_RATE, MAX_RATE))
     except SoundError as error:
         raise PresetError(str(error)) from None
     channel, remark = _channel(name, sound.samples)

@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any
 
 from livebass.preset.keys import nearest
-from livebass.preset.source import PresetError, is_path, shipped
+from livebass.preset.source import PresetError, is_path, shipped_folder
 
 FILE = "revisions.json"  # in the folder of the presets
 MARK = "@"  # between a name and a revision
@@ -45,7 +45,7 @@ def present(preset: str) -> int:
     return int(revisions()[preset]["revision"])
 
 
-def numbered(preset: str) -> str:
+def with_revision(preset: str) -> str:
     """A shipped preset with the number of its present revision, `slap@2`; any other name as it is."""
     return f"{preset}{MARK}{present(preset)}" if preset in revisions() else preset
 
@@ -156,5 +156,5 @@ def revision_table() -> str:
 @cache
 def revisions() -> dict[str, Any]:
     """The file's content."""
-    found: dict[str, Any] = json.loads((shipped() / FILE).read_text("utf-8"))
+    found: dict[str, Any] = json.loads((shipped_folder() / FILE).read_text("utf-8"))
     return found

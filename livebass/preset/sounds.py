@@ -10,7 +10,7 @@ import tomllib
 from functools import cache
 from typing import Any
 
-from livebass.preset.source import shipped
+from livebass.preset.source import shipped_folder
 
 FILE = "sounds/factory.toml"  # in the folder of the presets
 
@@ -48,4 +48,4 @@ def sound_values(name: str) -> dict[str, float]:
 
 @cache
 def _sounds() -> dict[str, dict[str, Any]]:
-    return tomllib.loads((shipped() / FILE).read_text("utf-8"))
+    return tomllib.loads((shipped_folder() / FILE).read_text("utf-8"))

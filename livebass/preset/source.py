@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from livebass.files.formats import checked, renamed
+from livebass.files.formats import check_format, rename_keys
 from livebass.files.kinds import kind_of
 from livebass.rows.units import one_line
 
@@ -43,7 +43,7 @@ class PresetError(ValueError):
         super().__init__(one_line(message))
 
 
-def shipped() -> Path:
+def shipped_folder() -> Path:
     """The folder of the shipped presets: in the package, or next to it in a checkout."""
     installed = Path(__file__).parents[1] / "presets"
     return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
@@ -82,7 +82,7 @@ def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -
         raise error if isinstance(error, PresetError) else PresetError(f"{path}: not a file name") from None
 
 
-def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
+def decode(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
     """The text of a file called `label`, in UTF-8 or, as from PowerShell, UTF-16. Raises PresetError."""
     encoding = _encoding(raw)
     try:
@@ -91,8 +91,8 @@ def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
         before = raw[: error.start].decode(encoding, "replace")
         line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
         name = encoding.upper().removesuffix("-SIG")
-        if told := kind_of(raw):
-            raise PresetError(f"{label}: {told}; a {kind} is a {form}") from None
+        if hint := kind_of(raw):
+            raise PresetError(f"{label}: {hint}; a {kind} is a {form}") from None
         why = f"not {name} (byte {error.start}: line {line}, column {column})"
         raise PresetError(f"{label}: {why}; a {kind} is a {form}: save it as UTF-8") from None
 
@@ -107,23 +107,23 @@ def _encoding(raw: bytes) -> str:
     return "utf-8-sig"
 
 
-def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
+def parse(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
     """The tables of a file called `label`; `needs`: what it needs. Raises PresetError."""
     if not text.strip():
         raise PresetError(f"{label}: empty; a {kind} needs {needs}")
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        why = "nested too deep" if isinstance(error, RecursionError) else _explained(str(error), text)
-        told = kind_of(text.encode())
-        raise PresetError(f"{label}: {told}; a {kind} is a {TOML}" if told else f"{label}: not TOML: {why}") from None
+        why = "nested too deep" if isinstance(error, RecursionError) else _explain(str(error), text)
+        hint = kind_of(text.encode())
+        raise PresetError(f"{label}: {hint}; a {kind} is a {TOML}" if hint else f"{label}: not TOML: {why}") from None
     try:
-        return renamed(kind, checked(kind, data))[0]
+        return rename_keys(kind, check_format(kind, data))[0]
     except ValueError as error:
         raise PresetError(f"{label}: {error}") from None
 
 
-def _explained(error: str, text: str) -> str:
+def _explain(error: str, text: str) -> str:
     """An error of tomllib in `text`, with what to write in its place if the slip is a common one."""
     place = PLACE.search(error)
     line = text.split("\n")[int(place[1]) - 1] if place else ""

@@ -12,13 +12,13 @@ from itertools import pairwise
 from typing import Any, TypeVar
 
 from livebass.model.instrument import A4_HZ, A4_NOTE
-from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
+from livebass.preset.source import SCALE, TEXT, decode, file_bytes, is_scale
 from livebass.rows.bounds import between
 from livebass.rows.techniques import E1, TUNINGS
 from livebass.rows.units import cents, note_name, note_number, quantity
 
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
-MOST_DOWN, MOST_UP = 5, 7  # semitones from the string's note in the file: beyond, it flaps or breaks
+MAX_DOWN, MAX_UP = 5, 7  # semitones from the string's note in the file: beyond, it flaps or breaks
 NOTES = 12  # of a temperament
 # Cents above equal temperament, from C on; both have the same A
 TEMPERAMENTS: dict[str, tuple[float, ...]] = {
@@ -30,9 +30,9 @@ TEMPERAMENTS: dict[str, tuple[float, ...]] = {
     "kirnberger": (10.26, 0.49, 3.42, 4.4, -3.42, 8.31, 0.49, 6.84, 2.44, 0.0, 6.35, -1.47),  # III
     "vallotti": (5.87, 0.0, 1.96, 3.91, -1.96, 7.82, -1.96, 3.91, 1.96, 0.0, 5.87, -3.91),
 }
-MOST_OFF = 100.0  # cents
+MAX_OFF = 100.0  # cents
 MAPPED = re.compile(r"(.+\.scl)\s*,\s*(.+\.kbm)", re.IGNORECASE)  # a scale and its keyboard mapping
-CENTS_ALLOWED = f"cents from {-MOST_OFF:g} to {MOST_OFF:g} for 12 notes, C first, or for each string"
+CENTS_ALLOWED = f"cents from {-MAX_OFF:g} to {MAX_OFF:g} for 12 notes, C first, or for each string"
 EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2" or DADG'
 ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(TUNINGS)} or "Eb standard"'
 
@@ -177,7 +177,7 @@ def temperament_of(raw: str) -> tuple[float, ...]:
         found = tuple(float(part) for part in raw.replace(",", " ").split())
     except ValueError:
         found = ()
-    if not found or not all(abs(each) <= MOST_OFF for each in found):
+    if not found or not all(abs(each) <= MAX_OFF for each in found):
         raise ValueError(f"must be {', '.join(TEMPERAMENTS)}; or {CENTS_ALLOWED}")
     return found
 
@@ -190,7 +190,7 @@ def temperament_of_file(path: str) -> tuple[float, ...]:
     pair = MAPPED.fullmatch(path)
     if pair is not None:
         steps = _read(pair[1], _scale_steps)
-        return _read(pair[2], lambda text: _mapped(steps, text))
+        return _read(pair[2], lambda text: _map_keys(steps, text))
     name = path.lower()
     if name.endswith(".kbm"):
         raise ValueError(f"{path}: a keyboard mapping needs its scale before it: scale.scl,mapping.kbm")
@@ -202,7 +202,7 @@ Read = TypeVar("Read")
 
 def _read(path: str, reader: Callable[[str], Read]) -> Read:
     """The result of `reader` for the text of a file. Raises ValueError: one line that names the file."""
-    text = decoded(path, file_bytes(path, "temperament", TEMPERAMENTS, TEXT), "temperament", TEXT)
+    text = decode(path, file_bytes(path, "temperament", TEMPERAMENTS, TEXT), "temperament", TEXT)
     try:
         return reader(text)
     except ValueError as error:
@@ -247,12 +247,12 @@ def _is_octave(step: float) -> bool:
 
 def _near_equal(offsets: Sequence[float]) -> tuple[float, ...]:
     """The cents, checked. Raises ValueError."""
-    if not all(abs(each) <= MOST_OFF for each in offsets):
-        raise ValueError(f"must be notes within {MOST_OFF:g} cents of equal temperament")
+    if not all(abs(each) <= MAX_OFF for each in offsets):
+        raise ValueError(f"must be notes within {MAX_OFF:g} cents of equal temperament")
     return tuple(offsets)
 
 
-def _mapped(steps: list[float], text: str) -> tuple[float, ...]:
+def _map_keys(steps: list[float], text: str) -> tuple[float, ...]:
     """The cents of a scale under a Scala keyboard mapping. A key without a note keeps equal temperament.
 
     A bass needs the same note in each octave: the mapping repeats after 12 keys. Raises ValueError.
@@ -304,11 +304,11 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
     standard, found = cents(a4 / A4_HZ), []
     for i, pitch in enumerate(pitches):
         note, off = (pitch, 0.0) if isinstance(pitch, int) else _nearest(pitch, a4)
-        if not -MOST_DOWN <= note - opens[i] <= MOST_UP:
-            least, most = note_name(max(opens[i] - MOST_DOWN, 0)), note_name(min(opens[i] + MOST_UP, 127))
+        if not -MAX_DOWN <= note - opens[i] <= MAX_UP:
+            minimum, maximum = note_name(max(opens[i] - MAX_DOWN, 0)), note_name(min(opens[i] + MAX_UP, 127))
             name = note_name(min(max(note, 0), 127))
             raise ValueError(
-                f"tuning: {name} on the {note_name(opens[i])} string, which takes notes from {least} to {most}"
+                f"tuning: {name} on the {note_name(opens[i])} string, which takes notes from {minimum} to {maximum}"
             )
         own = tuple(temperament) if len(temperament) == NOTES else (temperament[i] if temperament else 0.0,) * NOTES
         found.append(OpenString(note, tuple(standard + off + each for each in own)))

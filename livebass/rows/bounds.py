@@ -17,21 +17,21 @@ def complaint(name: str, why: object, *shown: str) -> str:
     return f"{name}{''.join(f' = {value}' for value in shown)}: {why}"
 
 
-def between(least: float, most: float, unit: str = "", whole: bool = False) -> str:
+def between(minimum: float, maximum: float, unit: str = "", whole: bool = False) -> str:
     """A range in words: "from 1 to 16", "a whole number from 1 to 16", "from 20 to 700 Hz"."""
-    return f"{'a whole number ' * whole}from {least:.10g} to {most:.10g} {unit}".rstrip()
+    return f"{'a whole number ' * whole}from {minimum:.10g} to {maximum:.10g} {unit}".rstrip()
 
 
 def either(choices: Iterable[object]) -> str:
     """The choices in words: "A, B or C"."""
-    *most, last = map(str, choices)
-    return f"{', '.join(most)} or {last}" if most else last
+    *maximum, last = map(str, choices)
+    return f"{', '.join(maximum)} or {last}" if maximum else last
 
 
-def within(name: str, value: float, least: float, most: float, unit: str = "", whole: bool = False) -> None:
-    """Raises ValueError for a number below `least`, above `most`, NaN, or, with `whole`, not a whole number."""
-    if not least <= value <= most or (whole and value != int(value)):
-        raise refusal(name, between(least, most, unit, whole), f"{value:.10g} {unit}".rstrip())
+def within(name: str, value: float, minimum: float, maximum: float, unit: str = "", whole: bool = False) -> None:
+    """Raises ValueError for a number below `minimum`, above `maximum`, NaN, or, with `whole`, not a whole number."""
+    if not minimum <= value <= maximum or (whole and value != int(value)):
+        raise refusal(name, between(minimum, maximum, unit, whole), f"{value:.10g} {unit}".rstrip())
 
 
 def one_of(name: str, value: object, choices: Iterable[object]) -> None:

@@ -15,12 +15,12 @@ STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's n
 ANSWERING = ("off", "pedal", "always", "held")  # in the order of their numbers, too
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
-MOST_GRID = 20_000  # steps of a note
+MAX_GRID = 20_000  # steps of a note
 # The exchange of u and v over turned axes (kernels/string/turning.py), in the engine as in the reference solver
 TURNED_MODES = 64  # modes that exchange: the lowest, whole BLOCKs of the kernels
 EXCHANGE_EVERY = 4  # frames between two exchanges
 EXCHANGES_AT_ONCE = 2  # in a frame, of those that waited ...
-MOST_OWED = 256  # ... and the most that wait
+MAX_OWED = 256  # ... and the most that wait
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,7 @@ class NeckNumbers(NeckLaw):
 class NoteNumbers(StringLaw, NeckLaw):
     """The numbers of a string stopped at a fret: the shared ones, and the results for this fret."""
 
-    grid_points: int = result(0, 2, MOST_GRID, "integer")  # N: `length` / N is the grid step dx
+    grid_points: int = result(0, 2, MAX_GRID, "integer")  # N: `length` / N is the grid step dx
     paper_law: int = result(1, 0, 1, "integer")  # 1: String.stiffness_law is "paper", 0: "hinged"
     length: float = result(2, 0.05, 5.0)  # m
     fundamental: float = result(3, 1.0, 20e3)  # Hz, f0 of the frequency law: c / 2L

@@ -32,8 +32,8 @@ class Row:
     """Describes a field. Limits read as in a preset."""
 
     kind: str  # a dimension of `units`, choices "a|b", number, integer or controller
-    least: str
-    most: str
+    minimum: str
+    maximum: str
     meaning: str
     of: str = ""  # space-separated groups of numbers that lose their effect together: preset/idle.py
     optional: bool = False  # no default in a preset: `meaning` says what a missing key means
@@ -51,18 +51,20 @@ class Row:
         """The least and the greatest value, SI, in an instrument file."""
         if self.file:
             return self.file
-        least, most = (quantity(x, self.kind) if self.kind in DIMENSIONS else float(x) for x in (self.least, self.most))
-        return least, most
+        minimum, maximum = (
+            quantity(x, self.kind) if self.kind in DIMENSIONS else float(x) for x in (self.minimum, self.maximum)
+        )
+        return minimum, maximum
 
 
-def number(default: float, kind: str, least: str, most: str, meaning: str, **more: Any) -> Any:
+def number(default: float, kind: str, minimum: str, maximum: str, meaning: str, **more: Any) -> Any:
     """Makes a dataclass field with a Row; `more`: other fields of the Row."""
-    return field(default=default, metadata={"row": Row(kind, least, most, meaning, **more)})
+    return field(default=default, metadata={"row": Row(kind, minimum, maximum, meaning, **more)})
 
 
-def result(word: int, least: float = -LARGEST, most: float = LARGEST, kind: str = "number") -> Any:
+def result(word: int, minimum: float = -LARGEST, maximum: float = LARGEST, kind: str = "number") -> Any:
     """Makes a dataclass field that follows from others and is not in presets; limits in SI."""
-    return field(metadata={"row": Row(kind, "", "", "", word=word, file=(least, most))})
+    return field(metadata={"row": Row(kind, "", "", "", word=word, file=(minimum, maximum))})
 
 
 def choice(default: str, choices: Sequence[str], meaning: str, **more: Any) -> Any:
@@ -88,8 +90,8 @@ class Word(NamedTuple):
 
     name: str
     type: str | Sequence[Word]  # "f8", "i8", or the words of a record
-    least: float = -LARGEST
-    most: float = LARGEST
+    minimum: float = -LARGEST
+    maximum: float = LARGEST
     shape: tuple[int, ...] = ()
 
 
@@ -116,8 +118,8 @@ class Limit(NamedTuple):
     size: int  # words
     each: int  # words for each string; 0: there are always `size`
     whole: bool  # int64, not float64
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
 
 def limits(given: Sequence[Word], strings: int = 0, first: int = 0, inside: str = "") -> list[Limit]:
@@ -130,7 +132,7 @@ def limits(given: Sequence[Word], strings: int = 0, first: int = 0, inside: str 
         count, name = prod(w.shape), f"{inside}{w.name}"
         if isinstance(w.type, str):
             each = count // strings if w.shape and w.shape[0] == strings else 0
-            made.append(Limit(name, first, count, each, w.type == "i8", w.least, w.most))
+            made.append(Limit(name, first, count, each, w.type == "i8", w.minimum, w.maximum))
             first += count
         else:
             for _ in range(count):

@@ -27,7 +27,7 @@ class Technique:
     number: int
     symbol: str  # in files
     name: str  # in hosts, on the page, in a terminal; {} is its value: a string's open note, a fret
-    asked: str  # HOLD or PRESS
+    trigger: str  # HOLD or PRESS
     modo: tuple[int, ...]  # its keys in the map of MODO BASS ...
     modo_12: tuple[int, ...]  # ... and in modo-12
     help: str
@@ -37,10 +37,10 @@ TECHNIQUE_ROWS: dict[str, Technique] = {}
 NO_SWITCH = 0
 
 
-def technique(symbol: str, name: str, asked: str, modo: tuple[int, ...], modo_12: tuple[int, ...], does: str) -> int:
+def technique(symbol: str, name: str, trigger: str, modo: tuple[int, ...], modo_12: tuple[int, ...], does: str) -> int:
     """Adds a row to TECHNIQUE_ROWS; returns its number."""
     number = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
-    TECHNIQUE_ROWS[symbol] = Technique(number, symbol, name, asked, modo, modo_12, does)
+    TECHNIQUE_ROWS[symbol] = Technique(number, symbol, name, trigger, modo, modo_12, does)
     return number
 
 
@@ -159,7 +159,7 @@ OF_CHANNEL = ("volume", "expression", "let_ring", "vibrato", "bend")
 # setting
 PARAMETER, AMOUNT, EFFECT, SWITCHED, SETTING = 1, 6, 9, 10, 11
 
-MOST_BASSES = 128  # in a plugin
+MAX_BASSES = 128  # in a plugin
 SWITCH = ("off", "on")
 
 
@@ -171,9 +171,9 @@ class Parameter:
     symbol: str
     name: str
     group: str  # under which hosts show it
-    least: float
-    most: float
-    usual: float
+    minimum: float
+    maximum: float
+    default: float
     unit: str  # "", dB or semitones; for bench sliders mm, %, deg, 1/s or pF
     whole: bool  # whole numbers only
     points: tuple[str, ...]  # names of the values 0, 1 ...
@@ -190,16 +190,16 @@ def parameter(
     limits: tuple[float, float] = (0.0, 1.0),
     unit: str = "",
     points: tuple[str, ...] = (),
-    usual: float = 0.0,
+    default: float = 0.0,
     whole: bool = False,
 ) -> int:
     """Adds a row to PARAMETER_ROWS; returns its number."""
     number, whole = len(PARAMETER_ROWS), whole or bool(points)
-    PARAMETER_ROWS[symbol] = Parameter(number, symbol, name, group, *limits, usual, unit, whole, points)
+    PARAMETER_ROWS[symbol] = Parameter(number, symbol, name, group, *limits, default, unit, whole, points)
     return number
 
 
-def played(
+def playing_parameter(
     symbol: str,
     name: str,
     group: str,
@@ -215,18 +215,22 @@ def played(
     return number
 
 
-GAIN_DB = played("gain", "Gain", "Sound", (-60.0, 20.0), "gain, from silence to 0 dB", "dB")  # the least is silence
-TONE_POT = played(
+GAIN_DB = playing_parameter(
+    "gain", "Gain", "Sound", (-60.0, 20.0), "gain, from silence to 0 dB", "dB"
+)  # the least is silence
+TONE_POT = playing_parameter(
     "tone", "Tone", "Sound", (-1.0, 1.0), "tone pot, from closed (0) to open (127); 64 is the bass's own",
     controllers=(17,),
 )  # fmt: skip
-PLUCK_POSITION = played(
+PLUCK_POSITION = playing_parameter(
     "pluck_position", "Pluck position", "Playing", (-1.0, 1.0),
     "place of the pluck, from nearest to the bridge (0) to farthest from it (127)",
 )  # fmt: skip
-DYNAMICS = played("dynamics", "Dynamics", "Playing", (-12.0, 12.0), "force of every note, -12 to 12 dB", "dB")
+DYNAMICS = playing_parameter(
+    "dynamics", "Dynamics", "Playing", (-12.0, 12.0), "force of every note, -12 to 12 dB", "dB"
+)
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL, FINGERS, PICKED, THUMB, POPS = range(8)  # values of TECHNIQUE
-TECHNIQUE = played(
+TECHNIQUE = playing_parameter(
     "technique", "Stroke", "Playing", (float(OWN), float(POPS)),
     "in four ranges: the bass's own, plucked, thumb on two strings, thumb on all",
     points=(
@@ -238,32 +242,32 @@ _STROKES = {
     WITH_FINGERS: FINGERS, WITH_PICK: PICKED, WITH_THUMB: THUMB, THUMB_ON_ALL_STRINGS: THUMB_ON_ALL, POPS_ON_ALL: POPS,
 }  # fmt: skip
 STROKE_OF = tuple(_STROKES.get(action, OWN) for action in range(ACTIONS))
-HAND_DAMPING = played(
+HAND_DAMPING = playing_parameter(
     "hand_damping", "Hand damping", "Playing", (-1.0, 1.0), "hand that stops a note, from a tenth to ten times as firm"
 )
-UNEVENNESS = played(
+UNEVENNESS = playing_parameter(
     "unevenness", "Unevenness", "Playing", (-1.0, 1.0), "unevenness from note to note, from less to more"
 )
-BEND_RANGE = played(
+BEND_RANGE = playing_parameter(
     "bend_range", "Bend range", "Playing", (0.0, 24.0),
     "range of the pitch bend, 0 (the bass's own) to 24 semitones", "semitones",
 )  # fmt: skip
 LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of playing parameters: kernels hold them, controllers learn them
 PARAMETERS = len(LEARNABLE)
 FUNCTIONS = CC_PARAMETER + PARAMETERS
-LEAST = tuple(row.least for row in PARAMETER_ROWS.values())
-MOST = tuple(row.most for row in PARAMETER_ROWS.values())
+MINIMUM = tuple(row.minimum for row in PARAMETER_ROWS.values())
+MAXIMUM = tuple(row.maximum for row in PARAMETER_ROWS.values())
 
-parameter("bass", "Bass", "Sound", limits=(0.0, MOST_BASSES - 1.0), whole=True)  # in the order of the shelf
+parameter("bass", "Bass", "Sound", limits=(0.0, MAX_BASSES - 1.0), whole=True)  # in the order of the shelf
 parameter("quality", "Quality", "Processor", points=("live", "studio"))
 parameter("running_ahead", "Look-ahead", "Processor", points=SWITCH)
-parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
+parameter("relief", "Relief under overload", "Processor", points=SWITCH, default=1.0)  # never offline
 parameter("palm_mute", "Palm mute", "Playing")  # functions of controllers move these two amounts, too
 parameter("vibrato", "Vibrato", "Playing")
 EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: the bass's own
 for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
-parameter("cores", "Cores", "Processor", limits=(1.0, 4.0), usual=1.0, whole=True)  # with threads of its own
+parameter("cores", "Cores", "Processor", limits=(1.0, 4.0), default=1.0, whole=True)  # with threads of its own
 
 # --- bench sliders: they change the bass itself (kernels/bass/change.py) ---
 
@@ -354,7 +358,7 @@ OWN_PICKUPS = 2  # number with sliders of their own
 # --- techniques that stay on: each that a key holds is also a switch of hosts, unless it has an amount or a value ---
 
 for row in TECHNIQUE_ROWS.values():
-    if row.asked == HOLD and row.symbol not in PARAMETER_ROWS and row.number != ON_STRING:
+    if row.trigger == HOLD and row.symbol not in PARAMETER_ROWS and row.number != ON_STRING:
         parameter(row.symbol, row.name, "Techniques", points=SWITCH)
 
 # --- how the bass is tuned, more sliders; and its player's settings, which the performer reads as each note begins ---
@@ -399,10 +403,16 @@ SETTING_ROWS: dict[str, Parameter] = {}
 
 
 def setting(
-    symbol: str, name: str, least: float, most: float, unit: str = "", points: tuple[str, ...] = (), whole: bool = False
+    symbol: str,
+    name: str,
+    minimum: float,
+    maximum: float,
+    unit: str = "",
+    points: tuple[str, ...] = (),
+    whole: bool = False,
 ) -> int:
     """Adds a setting of the player; returns its number among the settings. Its usual value, 0, changes nothing."""
-    parameter(symbol, name, "Playing", (least, most), unit, points, whole=whole)
+    parameter(symbol, name, "Playing", (minimum, maximum), unit, points, whole=whole)
     SETTING_ROWS[symbol] = PARAMETER_ROWS[symbol]
     return len(SETTING_ROWS) - 1
 
@@ -414,8 +424,8 @@ HUMANISE_FORCE = setting("humanise_force", "Humanise force", 0.0, 6.0, "dB")  # 
 HAND_POSITION = setting("hand_position", "Hand position", 0.0, float(FRETS), whole=True)  # fret; 0: where it is
 AVOID_OPEN = setting("avoid_open", "Avoid open strings", 0.0, 1.0, points=SWITCH)
 SETTINGS = len(SETTING_ROWS)
-LEAST_SETTINGS = tuple(row.least for row in SETTING_ROWS.values())
-MOST_SETTINGS = tuple(row.most for row in SETTING_ROWS.values())
+MIN_SETTINGS = tuple(row.minimum for row in SETTING_ROWS.values())
+MAX_SETTINGS = tuple(row.maximum for row in SETTING_ROWS.values())
 
 
 def event(p: Parameter) -> tuple[int, int] | None:
@@ -446,7 +456,7 @@ class Button(NamedTuple):
 def button(symbol: str) -> Button:
     """The number key of a technique."""
     row, moved = TECHNIQUE_ROWS[symbol], FUNCTION_ROWS.get(symbol)
-    return Button(symbol, row.name, moved.pressed if moved else 0, row.asked == PRESS)
+    return Button(symbol, row.name, moved.pressed if moved else 0, row.trigger == PRESS)
 
 
 BUTTONS = tuple(

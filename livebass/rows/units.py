@@ -126,9 +126,11 @@ def format_quantity(value: float, dimension: str, unit: str | None = None) -> st
 def readable_quantity(value: float, dimension: str) -> str:
     """`value` (SI) with four digits in the unit that suits its size: "4.5 mm", "47 nF"; never in inches or cm."""
     sizes = DIMENSIONS[dimension].units
-    usual = [unit for unit, size in sizes.items() if size <= value and unit not in ("in", "cm")]
-    fitting = [unit for unit in usual if value / sizes[unit] < 1000]
-    return format_quantity(value, dimension, fitting[0] if fitting else max(usual, key=sizes.__getitem__, default=None))
+    default = [unit for unit, size in sizes.items() if size <= value and unit not in ("in", "cm")]
+    fitting = [unit for unit in default if value / sizes[unit] < 1000]
+    return format_quantity(
+        value, dimension, fitting[0] if fitting else max(default, key=sizes.__getitem__, default=None)
+    )
 
 
 def decibels(ratio: float) -> float:

@@ -18,7 +18,7 @@ from livebass.rows.bounds import refusal
 from livebass.score import tracknames
 from livebass.score.choosing import Part, Parts
 from livebass.score.found import Found
-from livebass.score.score import LEAST_RATE, Score, checked_rate, messages_of
+from livebass.score.score import MIN_RATE, Score, checked_rate, messages_of
 from livebass.score.sentences import NO_BASS
 from livebass.score.smf import Smf, SmfError, parse_smf
 from livebass.score.takes import strokes_of, with_basses
@@ -26,7 +26,7 @@ from livebass.score.takes import strokes_of, with_basses
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
 STDIN = Path("-")
-MOST_NAMED = 8  # parts in an error
+MAX_NAMED = 8  # parts in an error
 
 
 class ScoreError(ValueError):
@@ -87,7 +87,7 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switch
 
 def parts_in(data: bytes | None, path: Path, channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
     """`read_parts` for the bytes of a file that `path` names in messages; None: those at `path`."""
-    return list(_read(data, path, LEAST_RATE, channel)[2].listed(switches))
+    return list(_read(data, path, MIN_RATE, channel)[2].listed(switches))
 
 
 def file_bytes(path: Path) -> bytes:
@@ -141,9 +141,9 @@ def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
     """Says why no note was chosen, and lists the parts."""
     if not parts:
         return "has no notes"
-    there = ", ".join(map(str, parts[:MOST_NAMED]))
-    if len(parts) > MOST_NAMED:
-        there += f" and {len(parts) - MOST_NAMED} more, see render --list"
+    there = ", ".join(map(str, parts[:MAX_NAMED]))
+    if len(parts) > MAX_NAMED:
+        there += f" and {len(parts) - MAX_NAMED} more, see render --list"
     if channel == "auto":
         return f"no bass notes: {NO_BASS}; use --channel N or --channel all; there is {there}"
     return f"no notes {'but drums' if channel == 'all' else f'on channel {channel}'}; there is {there}"

@@ -16,7 +16,7 @@ from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.score.memory import CLEANING, KEYS, PROGRAM, TIMED
 from livebass.rows.bounds import between, refusal, within
 
-LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
+MIN_RATE, MAX_RATE = 8000, 192_000  # Hz
 
 
 @dataclass(frozen=True)
@@ -152,18 +152,18 @@ def score_of(
     rows = np.zeros(len(events), TIMED)
     for row, event in zip(rows, sorted(events, key=lambda event: event[0]), strict=True):
         row["frame"], row["status"], row["first"], row["second"] = event
-    return _score_of_rows(cleaned(rows, rate), name, rate)
+    return _score_of_rows(clean_events(rows, rate), name, rate)
 
 
 def checked_rate(rate: int) -> None:
-    """Raises ValueError unless `rate` is a whole number of Hz from LEAST_RATE to MOST_RATE."""
-    _check_whole("rate", rate, LEAST_RATE, MOST_RATE, "Hz")
+    """Raises ValueError unless `rate` is a whole number of Hz from MIN_RATE to MAX_RATE."""
+    _check_whole("rate", rate, MIN_RATE, MAX_RATE, "Hz")
 
 
-def _check_whole(name: str, number: object, least: int, most: int, unit: str = "") -> None:
+def _check_whole(name: str, number: object, minimum: int, maximum: int, unit: str = "") -> None:
     """Raises ValueError unless `number` is an integer of any kind, numpy's included, within its limits."""
-    if not (isinstance(number, Integral) and least <= int(number) <= most):
-        raise refusal(name, between(least, most, unit, whole=True), f"{number} {unit}".rstrip())
+    if not (isinstance(number, Integral) and minimum <= int(number) <= maximum):
+        raise refusal(name, between(minimum, maximum, unit, whole=True), f"{number} {unit}".rstrip())
 
 
 def messages_of(played: NDArray[np.void]) -> NDArray[np.uint8]:
@@ -171,7 +171,7 @@ def messages_of(played: NDArray[np.void]) -> NDArray[np.uint8]:
     return np.stack([played[name] for name in ("status", "first", "second")], axis=-1)
 
 
-def cleaned(rows: NDArray[np.void], rate: int, end: int = 0) -> NDArray[np.void]:
+def clean_events(rows: NDArray[np.void], rate: int, end: int = 0) -> NDArray[np.void]:
     """Messages of one line with exactly one note-off for each note; kernels/score/cleaning.py has the rule.
 
     Args:

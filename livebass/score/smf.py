@@ -57,7 +57,7 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
     named = texts[np.isin(texts["kind"], (META_TRACK_NAME, META_INSTRUMENT))]
     at_begin = texts[texts["kind"] == META_TEXT]
     marks = texts[texts["kind"] == MARKED]
-    shown = [_shown(text) for text in decode([_bytes(data, row) for row in (*named, *at_begin)])]
+    shown = [_printable(text) for text in decode([_bytes(data, row) for row in (*named, *at_begin)])]
     called = {
         (int(row["track"]), int(row["channel"]), int(row["kind"])): text
         for row, text in zip(named, shown, strict=False)  # the other texts follow
@@ -123,7 +123,7 @@ def _other_kind(data: bytes, name: str) -> str:
     return f"is {kind}, not a MIDI file"
 
 
-def _shown(text: str) -> str:
+def _printable(text: str) -> str:
     """The printable text of a meta event, cut to LONGEST_NAME."""
     text = "".join(c if c.isprintable() else " " for c in text).strip()
     return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 3]}..."

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.files.formats import FORMATS, KEY
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.kernels.player.words import STRING, STRING_REST, STROKE, STROKE_END, Row, field
 from livebass.kernels.score.memory import PROGRAM
 from livebass.score.score import Score, TakenBass
@@ -46,7 +46,7 @@ def strokes_of(texts: Iterable[tuple[int, str]], end: int) -> tuple[Row, ...]:
     """The tablature's events in `texts` (frame, text); strokes that are still held end at frame `end`."""
     read = ((frame, STROKE_TEXT.fullmatch(text)) for frame, text in texts)
     found: list[Row] = [(frame, int(match[1]), int(match[2]), int(match[3])) for frame, match in read if match]
-    held = dict.fromkeys(range(MOST_STRINGS), False)
+    held = dict.fromkeys(range(MAX_STRINGS), False)
     for _, kind, number, _ in found:
         if kind in (STROKE, STROKE_END, STRING_REST):
             held[field(number, STRING)] = kind == STROKE
@@ -64,13 +64,13 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     for frame, text in texts:
         if STROKE_TEXT.fullmatch(text):
             continue
-        told = _told(text)
-        program = None if told is None else programs.get(told[0], _program_at(score, frame, set(programs.values())))
-        if told is None or program is None:
+        stored = _stored_bass(text)
+        program = None if stored is None else programs.get(stored[0], _program_at(score, frame, set(programs.values())))
+        if stored is None or program is None:
             remarks.append(f"a text at {frame / score.rate:.1f} s, which names no bass, is left out")
         else:
-            programs[told[0]] = program
-            basses.append(TakenBass(frame, program, *told))
+            programs[stored[0]] = program
+            basses.append(TakenBass(frame, program, *stored))
     if not basses:
         return replace(score, remarks=tuple(remarks))
     kept = score.on_one_bass()
@@ -87,21 +87,21 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     )
 
 
-def _told(text: str) -> tuple[str, dict[str, str], str] | None:
+def _stored_bass(text: str) -> tuple[str, dict[str, str], str] | None:
     """The preset, the options and the preset's text in a text; None if invalid."""
     if len(text) > LONGEST:
         return None
     try:
-        told = json.loads(text.removeprefix(MARK))
+        stored = json.loads(text.removeprefix(MARK))
     except (ValueError, RecursionError):
         return None
-    if not isinstance(told, dict) or not all(isinstance(value, str) for value in told.values()):
+    if not isinstance(stored, dict) or not all(isinstance(value, str) for value in stored.values()):
         return None
-    number = told.pop(KEY, "1")
+    number = stored.pop(KEY, "1")
     if not number.isascii() or not number.isdigit() or int(number) > FORMATS["take"]:
         return None
-    preset, file = told.pop("preset", ""), told.pop("file", "")
-    return (preset, told, file) if preset else None
+    preset, file = stored.pop("preset", ""), stored.pop("file", "")
+    return (preset, stored, file) if preset else None
 
 
 def _program_at(score: Score, frame: int, taken: set[int]) -> int | None:

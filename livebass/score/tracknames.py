@@ -33,7 +33,7 @@ DRUM_WORD = (
 )
 # Tracks of charts for music games, whose keys are buttons
 GAME_TRACK = r"PART (?:REAL_)?(?:BASS|GUITAR|DRUMS|KEYS|VOCALS|RHYTHM)(?:[ _].*)?|EVENTS|BEAT|T1 GEMS"
-LEAST_GAME = 2  # tracks that tell such a chart
+MIN_GAME = 2  # tracks that tell such a chart
 GAME_REFUSAL = "is a chart for a music game, which has buttons, not notes"
 # Words that tell the encoding of a name
 TELLING_WORD = (
@@ -47,7 +47,7 @@ ENCODINGS = {
 _ASCII = bytes(range(0x20, 0x7F))
 
 
-def _found(words: str, name: str) -> re.Match[str] | None:
+def _first_word(words: str, name: str) -> re.Match[str] | None:
     """The first of the words in a name; `re` keeps the compiled pattern."""
     return re.search(words, name, re.IGNORECASE)
 
@@ -59,22 +59,22 @@ def _plain(name: str) -> str:
 
 def is_bass(name: str) -> bool:
     """True if a track of this name plays a bass."""
-    return bool(_found(BASS_WORD, _plain(name))) and not is_other(name)
+    return bool(_first_word(BASS_WORD, _plain(name))) and not is_other(name)
 
 
 def is_other(name: str) -> bool:
     """True if a track of this name plays another low instrument or voice."""
-    return bool(_found(OTHER_WORD, _plain(name)))
+    return bool(_first_word(OTHER_WORD, _plain(name)))
 
 
 def is_drums(name: str) -> bool:
     """True if a track of this name plays drums."""
-    return bool(_found(DRUM_WORD, _plain(name)))
+    return bool(_first_word(DRUM_WORD, _plain(name)))
 
 
 def is_game(names: Iterable[str]) -> bool:
     """True if tracks of these names are a chart for a music game."""
-    return sum(bool(re.fullmatch(GAME_TRACK, name)) for name in names) >= LEAST_GAME
+    return sum(bool(re.fullmatch(GAME_TRACK, name)) for name in names) >= MIN_GAME
 
 
 def decode(texts: Sequence[bytes]) -> list[str]:
@@ -108,5 +108,5 @@ def _tells(text: bytes, encoding: str) -> bool:
     if not _is(text, encoding):
         return False
     name = _plain(text.decode(encoding))
-    found = _found(BASS_WORD, name)
-    return bool(_found(TELLING_WORD, name)) or (found is not None and not found[0][0].isascii())
+    found = _first_word(BASS_WORD, name)
+    return bool(_first_word(TELLING_WORD, name)) or (found is not None and not found[0][0].isascii())

@@ -80,7 +80,7 @@ def spectrogram_db(
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
     """Computes the characteristic frequency over time, the mean frequency weighted by squared amplitude.
 
-    This is eq. 14 of the paper. The mean goes up to rate / 2, the paper's to 25.6 kHz: use `resampled` first for that.
+    This is eq. 14 of the paper. The mean goes up to rate / 2, the paper's to 25.6 kHz: use `resample` first for that.
 
     Args:
         sound: (n,), in any unit.
@@ -111,7 +111,7 @@ def frame_times(count: int, rate: float, window: int | None = None, hop: int | N
     return np.asarray((np.arange(count, dtype=np.float64) * hop + window / 2) / rate)
 
 
-def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
+def resample(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
     """Resamples a sound with SciPy's polyphase filter. Needs SciPy: ``pip install 'livebass[analysis]'``.
 
     Args:
@@ -123,7 +123,7 @@ def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
         ValueError: Rates that are not whole and positive.
 
     Example:
-        >>> resampled(np.ones(480), 48000).shape
+        >>> resample(np.ones(480), 48000).shape
         (512,)
     """
     if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
@@ -217,8 +217,8 @@ class Pitch:
 def fundamental(
     sound: Floats,
     rate: float,
-    least: float = 25.0,
-    most: float = 500.0,
+    minimum: float = 25.0,
+    maximum: float = 500.0,
     hop: float = 5e-3,
     window: float | None = None,
     threshold: float | None = THRESHOLD,
@@ -231,26 +231,28 @@ def fundamental(
     Args:
         sound: (n,), in any unit.
         rate: Hz.
-        least: Lowest frequency, Hz.
-        most: Highest frequency, Hz.
+        minimum: Lowest frequency, Hz.
+        maximum: Highest frequency, Hz.
         hop: Time between two frames, s.
-        window: Time over which the difference is summed, s; by default 1 / least. A frame is that long plus the longest
+        window: Time over which the difference is summed, s; by default 1 / minimum. A frame is that long plus the longest
             lag.
         threshold: Of the normalised difference. None takes the deepest dip, for sounds too rough for any threshold and
             limits within an octave.
 
     Raises:
-        ValueError: Limits other than 0 < least < most < rate / 4, or a sound shorter than a frame.
+        ValueError: Limits other than 0 < minimum < maximum < rate / 4, or a sound shorter than a frame.
 
     Example:
         >>> low_e = np.sin(2 * np.pi * 41.2 * np.arange(24000) / 48000)
         >>> float(np.median(fundamental(low_e, 48000).frequency_hz).round(3))
         41.2
     """
-    if not 0 < least < most < rate / 4:
-        raise refusal("range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{least:g} to {most:g} Hz")
-    longest, shortest = math.ceil(rate / least) + 1, max(2, math.floor(rate / most))
-    width, step = max(2, round((window or 1 / least) * rate)), max(1, round(hop * rate))
+    if not 0 < minimum < maximum < rate / 4:
+        raise refusal(
+            "range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{minimum:g} to {maximum:g} Hz"
+        )
+    longest, shortest = math.ceil(rate / minimum) + 1, max(2, math.floor(rate / maximum))
+    width, step = max(2, round((window or 1 / minimum) * rate)), max(1, round(hop * rate))
     sound = _one_channel(sound)
     if sound.size < width + longest:
         raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {(width + longest) / rate:.3g} s are needed")
@@ -340,10 +342,10 @@ def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: fl
     np.divide(difference[:, 1:], mean, out=normal[:, 1:], where=mean > 0)
     lag, rest = np.full(len(frames), np.nan), np.ones(len(frames))
     for i, d in enumerate(normal):
-        least = float(d[shortest:longest].min())
-        below = np.flatnonzero(d[shortest:longest] <= least if threshold is None else d[shortest:longest] < threshold)
+        minimum = float(d[shortest:longest].min())
+        below = np.flatnonzero(d[shortest:longest] <= minimum if threshold is None else d[shortest:longest] < threshold)
         if not below.size:
-            rest[i] = least
+            rest[i] = minimum
             continue
         k = shortest + int(below[0])
         while k + 1 < longest and d[k + 1] < d[k]:

@@ -69,11 +69,11 @@ def read_sound(path: str | os.PathLike[str], what: str, longest: float, rates: t
             kind = kind_of(file.read(HEAD))
             _refuse(name, kind, what)
             try:
-                return _decoded(name, _mended(file) or sound_name(name), what, longest, rates)
+                return _decode(name, _mend_header(file) or sound_name(name), what, longest, rates)
             except soundfile.LibsndfileError as error:
                 reason = error.error_string.rstrip(".")
         made = io.BytesIO(_by_ffmpeg(name, kind, reason, longest))
-        return _decoded(name, _mended(made) or made, what, longest, rates)
+        return _decode(name, _mend_header(made) or made, what, longest, rates)
     except SoundError:
         raise
     except FileNotFoundError:
@@ -102,7 +102,7 @@ def _refuse(name: str, kind: str | None, what: str) -> None:
     raise SoundError(f"{name}: {kind}, not a sound file; {advice}")
 
 
-def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: float, rates: tuple[int, int]) -> Sound:
+def _decode(name: str, source: str | bytes | BinaryIO, what: str, longest: float, rates: tuple[int, int]) -> Sound:
     """Decodes a `source` that libsndfile can read: a file's name or its content."""
     if not isinstance(source, str | bytes):
         source.seek(0)
@@ -115,7 +115,7 @@ def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: floa
         return Sound(sound.read(sound.frames, dtype="float64", always_2d=True), rate)
 
 
-def _mended(file: BinaryIO) -> BinaryIO | None:
+def _mend_header(file: BinaryIO) -> BinaryIO | None:
     """Returns a WAV file with the sizes that its header lacks; None for any other file.
 
     The sound then goes to the end of the file.

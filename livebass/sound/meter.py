@@ -57,9 +57,9 @@ class LoudnessMeter:
     def loudness(self) -> float:
         """Integrated loudness so far, LUFS; -inf for silence. A sound shorter than a block counts as one."""
         held = np.concatenate(self._held)
-        least = math.ceil((LEAD + BLOCK) * self.rate)
-        if not self._blocks and len(held) < least:
-            held = np.pad(held, (0, least - len(held)))
+        minimum = math.ceil((LEAD + BLOCK) * self.rate)
+        if not self._blocks and len(held) < minimum:
+            held = np.pad(held, (0, minimum - len(held)))
         blocks = np.array(self._blocks + self._measured(held))
         blocks = blocks[blocks >= SILENCE]
         return _mean(blocks[blocks > _mean(blocks) - BELOW])

@@ -25,7 +25,7 @@ USES = (  # what needs packages beside those of livebass itself: the extras, all
 )
 
 
-def installed(package: str) -> str:
+def installed_version(package: str) -> str:
     """The version of an installed package; "none" without it."""
     try:
         return importlib.metadata.version(package)

@@ -52,14 +52,14 @@ class StopFlag:
 _ended = StopFlag()  # set by the signal that ends the program
 
 
-def _heeded() -> list[int]:
+def _handled_signals() -> list[int]:
     """The signals of STOPS that are not ignored and whose handler Python knows."""
     return [number for number in STOPS if signal.getsignal(number) not in (signal.SIG_IGN, None)]
 
 
 def exit_while_loading() -> None:
     """Handles Ctrl-C while modules load: an exception in an import could be lost, or show a traceback."""
-    if signal.SIGINT in _heeded():
+    if signal.SIGINT in _handled_signals():
         signal.signal(signal.SIGINT, _exit_at_once)
 
 
@@ -70,9 +70,9 @@ def _exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
 
 
 @contextmanager
-def handled() -> Iterator[None]:
+def handle_signals() -> Iterator[None]:
     """Turns signals into exceptions within the block, and ignores them for the rest of the process."""
-    heeded, handler = _heeded(), _Handler()
+    heeded, handler = _handled_signals(), _Handler()
     for number in heeded:
         signal.signal(number, handler)
     sys.unraisablehook = handler.raise_again
@@ -183,13 +183,13 @@ def leave(status: int) -> NoReturn:
 
 
 @contextmanager
-def uninterrupted() -> Iterator[None]:
+def hold_signals() -> Iterator[None]:
     """Holds signals back until the block ends. Has no effect outside the main thread."""
     late: list[int] = []
     before = {}
     try:
         if threading.current_thread() is threading.main_thread():
-            for number in _heeded():
+            for number in _handled_signals():
                 before[number] = signal.signal(number, lambda number, _: late.append(number))
         yield
     finally:
@@ -201,7 +201,7 @@ def uninterrupted() -> Iterator[None]:
 
 def stop_instead(flag: StopFlag, playing: Callable[[], bool]) -> None:
     """Makes signals set `flag` for the rest of the process; until `playing()` is true they also act as before."""
-    for number in _heeded():
+    for number in _handled_signals():
         before = signal.getsignal(number)
 
         def stop(number: int, frame: FrameType | None, before: object = before) -> None:

@@ -14,7 +14,7 @@ from html import unescape
 from itertools import takewhile
 
 from livebass.tab.model import UnreadableTab
-from livebass.tab.needs import damaged
+from livebass.tab.needs import damage_error
 
 LARGEST = 24 << 20  # bytes of a score, unpacked
 LARGEST_PACKED = 1 << 20
@@ -36,7 +36,7 @@ def score_in_zip(data: bytes, is_score: Callable[[str], bool]) -> bytes:
         with archive.open(name) as file:
             found = file.read(LARGEST + 1)
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError) as error:
-        raise damaged(error, "its archive cannot be read") from None
+        raise damage_error(error, "its archive cannot be read") from None
     except RuntimeError:  # a password
         raise UnreadableTab("is locked with a password") from None
     if len(found) > LARGEST:
@@ -60,7 +60,7 @@ def _is_musicxml(name: str) -> bool:
 def score_in_gpx(data: bytes) -> bytes:
     """The file score.gpif in a .gpx file. Raises UnreadableTab."""
     if data.startswith(b"BCFZ"):
-        data = _unpacked(data)
+        data = _unpack(data)
     if not data.startswith(b"BCFS"):
         raise UnreadableTab("is damaged: its content is not BCFS")
     data = data[4:]
@@ -77,7 +77,7 @@ def _number(data: bytes, at: int) -> int:
     return int.from_bytes(data[at : at + 4], "little")
 
 
-def _unpacked(data: bytes) -> bytes:
+def _unpack(data: bytes) -> bytes:
     """The content of a BCFZ file: as many bytes as its bits give, at most those that it promises."""
     wanted = _number(data, 4)
     if wanted > LARGEST:
@@ -90,7 +90,7 @@ def _unpacked(data: bytes) -> bytes:
         ahead = int.from_bytes(data[bit >> 3 : (bit >> 3) + 8]) << (bit & 7)
         if ahead >> 63 & 1:
             width = ahead >> 59 & 15
-            back, size = (_reversed(ahead >> 59 - k * width & (1 << width) - 1, width) for k in (1, 2))
+            back, size = (_reverse_bits(ahead >> 59 - k * width & (1 << width) - 1, width) for k in (1, 2))
             if back > len(out):
                 raise UnreadableTab("is damaged: it repeats bytes that it does not have")
             out += out[len(out) - back : len(out) - back + min(back, size)]
@@ -102,6 +102,6 @@ def _unpacked(data: bytes) -> bytes:
     return bytes(out)
 
 
-def _reversed(bits: int, width: int) -> int:
+def _reverse_bits(bits: int, width: int) -> int:
     """The number of `width` bits that stand in reverse order."""
     return int(f"{bits:0{width}b}"[::-1], 2) if width else 0

@@ -10,7 +10,7 @@ from typing import Any
 
 from livebass.tab import model
 from livebass.tab.model import (
-    MOST_BARS,
+    MAX_BARS,
     Bar,
     Beat,
     Curve,
@@ -23,7 +23,7 @@ from livebass.tab.model import (
     put_graces,
     velocity_of,
 )
-from livebass.tab.needs import checked, exact, number, parsed_xml
+from livebass.tab.needs import checked_reading, exact, number, parsed_xml
 from livebass.tab.order import sign_of
 
 WORDS = {"Long": Fraction(16), "DoubleWhole": Fraction(8), "Whole": Fraction(4), "Half": Fraction(2),
@@ -64,7 +64,7 @@ POINTS = (
 def read_gpif(data: bytes) -> Tab:
     """The piece in a score.gpif. Raises UnreadableTab, or LookupError without defusedxml."""
     root = parsed_xml(data)
-    with checked():
+    with checked_reading():
         return _Reader(root).tab()
 
 
@@ -76,8 +76,8 @@ class _Reader:
             {each.get("id"): each for each in root.iterfind(f"{table}/*")} for table in tables
         )
         self.masters = root.findall("MasterBars/MasterBar")
-        if len(self.masters) > MOST_BARS:
-            raise UnreadableTab(f"has {len(self.masters)} bars, more than {MOST_BARS}")
+        if len(self.masters) > MAX_BARS:
+            raise UnreadableTab(f"has {len(self.masters)} bars, more than {MAX_BARS}")
         self.lengths: dict[str, Fraction] = {}
 
     def tab(self) -> Tab:

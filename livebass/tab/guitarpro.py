@@ -8,7 +8,7 @@ from typing import Any
 
 from livebass.tab import model
 from livebass.tab.model import Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track
-from livebass.tab.needs import damaged, needed
+from livebass.tab.needs import damage_error, require
 from livebass.tab.order import sign_of
 
 TECHNIQUES = {"tapping": "tap", "slapping": "slap", "popping": "pop"}
@@ -31,11 +31,11 @@ SWINGS = {
 
 def read_guitarpro(data: bytes) -> Tab:
     """The piece in a .gp3, .gp4 or .gp5 file. Raises UnreadableTab, or LookupError without PyGuitarPro."""
-    guitarpro = needed("guitarpro")
+    guitarpro = require("guitarpro")
     try:
         song = guitarpro.parse(io.BytesIO(data))
     except Exception as error:  # of any kind: it reads damaged lengths and numbers as they are
-        raise damaged(error, "PyGuitarPro cannot read it") from None
+        raise damage_error(error, "PyGuitarPro cannot read it") from None
     bars = [_bar(header) for header in song.measureHeaders]
     if bars:
         bars[0].tempos.append(Tempo(Fraction(0), float(song.tempo)))

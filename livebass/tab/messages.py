@@ -18,8 +18,8 @@ from livebass.rows.techniques import (
     DYNAMICS,
     FUNCTION_ROWS,
     LEARNED,
-    LEAST,
-    MOST,
+    MAXIMUM,
+    MINIMUM,
     OWN,
     SLIDE_STEP,
     TECHNIQUE,
@@ -107,7 +107,7 @@ def to_midi(
     writer = _Writer(performance.tempos, strings)
     writer.lacks.update(performance.lacks)
     if dynamics:
-        part = (dynamics - LEAST[DYNAMICS]) / (MOST[DYNAMICS] - LEAST[DYNAMICS])
+        part = (dynamics - MINIMUM[DYNAMICS]) / (MAXIMUM[DYNAMICS] - MINIMUM[DYNAMICS])
         writer.control(0.0, DYNAMICS_CC, round(127 * part))
     for stroke, after in following(performance.strokes):
         writer.play(stroke, after)
@@ -155,7 +155,7 @@ class _Writer:
 
     def track(self) -> mido.MidiTrack:
         mode, *others = self.events
-        return _track([(0, 0, MetaMessage("track_name", name="Bass")), mode, *_usual(others), *others])
+        return _track([(0, 0, MetaMessage("track_name", name="Bass")), mode, *_default(others), *others])
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
@@ -178,7 +178,7 @@ class _Writer:
             self.slow = slow
             self.control(stroke.time, SLIDE_TIME_CC, slow)
         for move in self.moves.of(stroke):
-            self._add(move.tick, CONTROL, _moved(move.what, channel, move.value))
+            self._add(move.tick, CONTROL, _move_message(move.what, channel, move.value))
         for technique in filter(None, (way.hold, stroke.direction and f"{stroke.direction}_stroke")):
             self._switch(at, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
         if stroke.kind in (OFF_DOWN, OFF_UP):
@@ -239,7 +239,7 @@ class _Writer:
         self._add(tick, rank, Message(kind, channel=channel, note=key, velocity=velocity or RELEASE))
 
 
-def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
+def _default(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
     """The usual values of all that moves later than at the beginning: a loop has them again."""
     first: dict[tuple[object, ...], tuple[int, Message]] = {}
     for tick, _, m in sorted(events, key=lambda event: event[:2]):
@@ -247,13 +247,13 @@ def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tup
             first.setdefault((m.type, m.channel, getattr(m, "control", 0)), (tick, m))
     found = []
     for tick, m in first.values():
-        usual = rest_of(EXPRESSION) if getattr(m, "control", 0) == FADE_CC else 0
+        default = rest_of(EXPRESSION) if getattr(m, "control", 0) == FADE_CC else 0
         if tick > 0:
-            found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": usual})))
+            found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": default})))
     return found
 
 
-def _moved(what: str, channel: int, value: int) -> Message:
+def _move_message(what: str, channel: int, value: int) -> Message:
     if what == BEND:
         return Message("pitchwheel", channel=channel, pitch=value)
     if what == VIBRATO:

@@ -16,7 +16,7 @@ NATURAL, ARTIFICIAL = "natural", "artificial"  # harmonics; other kinds stay as 
 FORTE = 95  # velocity of a note without a dynamic
 SOFTEST, STEP = 15, 16  # velocities of ppp and from mark to mark
 DYNAMICS = ("ppp", "pp", "p", "mp", "mf", "f", "ff", "fff")
-MOST_BARS = 5000  # in a file and as played
+MAX_BARS = 5000  # in a file and as played
 LONGEST = 1024  # quarter notes in a bar
 HIGHEST_LOWEST = 33  # A1: the lowest string of a bass is no higher
 

@@ -14,7 +14,7 @@ from livebass.tab.tempos import Tempos
 PRESSURE, WHEEL, FULL = 127, 8191, 127  # the maximum of vibrato, bend and expression
 WHEEL_RANGE = 12.0  # semitones of a string's wheel
 STEP = 5e-3  # s of a bend or a fade ...
-MOST_STEPS = 2000  # ... unless it has more steps
+MAX_STEPS = 2000  # ... unless it has more steps
 VIBRATO, BEND, EXPRESSION = "vibrato", "bend", "expression"  # what moves
 # Order of what happens at once: notes end, controllers move, notes begin, and what a tied note leaves ends
 END, CONTROL, PRESS, BEGIN, LATER = range(5)
@@ -73,15 +73,15 @@ class Moves:
         yield from self._along(BEND, stroke, [(time, y / WHEEL_RANGE) for time, y in stroke.bend], WHEEL)
         yield from self._along(EXPRESSION, stroke, stroke.fade or [(stroke.time, 1.0)], FULL)
 
-    def _along(self, what: str, stroke: Stroke, curve: Sequence[tuple[float, float]], most: int) -> Iterator[Move]:
+    def _along(self, what: str, stroke: Stroke, curve: Sequence[tuple[float, float]], maximum: int) -> Iterator[Move]:
         """The moves along a curve (s, -1 to 1), from the beginning of a stroke."""
         times = [stroke.time]
         if len(curve) > 1:
             length = min(curve[-1][0], stroke.end) - stroke.time
-            count = max(min(int(length / STEP), MOST_STEPS), 0)
+            count = max(min(int(length / STEP), MAX_STEPS), 0)
             times += [stroke.time + length * (k + 1) / count for k in range(count)]
         for time in times:
-            value, rest = round(min(max(_at(curve, time), -1.0), 1.0) * most), rest_of(what)
+            value, rest = round(min(max(_at(curve, time), -1.0), 1.0) * maximum), rest_of(what)
             repeats = self.again and time == stroke.time and value != rest
             if repeats or value != self._values.get((what, stroke.string), rest):
                 self._values[what, stroke.string] = value

@@ -18,7 +18,7 @@ from livebass.tab import model
 from livebass.tab.model import (
     HIGHEST_LOWEST,
     LONGEST,
-    MOST_BARS,
+    MAX_BARS,
     Bar,
     Beat,
     Curve,
@@ -31,16 +31,15 @@ from livebass.tab.model import (
     put_graces,
     velocity_of,
 )
-from livebass.tab.needs import checked, exact, number, parsed_xml
+from livebass.tab.needs import checked_reading, exact, number, parsed_xml
 from livebass.tab.order import JUMPS, sign_of
-from livebass.tab.tempos import FASTEST, SLOWEST
-from livebass.tab.tempos import USUAL as USUAL_TEMPO
+from livebass.tab.tempos import DEFAULT_TEMPO, FASTEST, SLOWEST
 
 STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 TYPES = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8, "16th": 16, "32nd": 32, "64th": 64}
-USUAL = (28, 33, 38, 43)  # strings of a bass, for a part without strings of its own
+DEFAULT_STRINGS = (28, 33, 38, 43)  # strings of a bass, for a part without strings of its own
 FIFTH_STRING = 23
-MOST_STRINGS = 12
+MAX_STRINGS = 12
 PERCUSSION = "10"  # channel
 GRACE = Fraction(1, 8)  # quarter notes
 BRUSH = Fraction(1, 8)
@@ -60,10 +59,10 @@ PALM, RING = "palm mute", "let ring"
 TECHNIQUES = {PALM: re.compile(r"p\.?\s?m\.?|palm[ -]mut(?:e|es|ed|ing)"), RING: re.compile(r"let ring")}
 UNMEASURED = 3  # strokes of a tremolo without a speed
 FULL = 90  # velocity of dynamics="100"
-MOST_ENDINGS = MOST_PLAYS = 99
-MOST_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
-MOST_DIRECTIONS = 60_000  # with tempos
-MOST_IN_CHORD = 24
+MAX_ENDINGS = MAX_PLAYS = 99
+MAX_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
+MAX_DIRECTIONS = 60_000  # with tempos
+MAX_IN_CHORD = 24
 # Pieces of the text of a large score
 DESCRIPTION = re.compile(rb"""<score-part\s[^<>]*?id=["'](?P<id>[^"'<>]*).*?</score-part>""", re.DOTALL)
 PART = re.compile(rb"""<part\s[^<>]*?id=["'](?P<id>[^"'<>]*)""")
@@ -84,26 +83,26 @@ ROUNDING = Fraction(1, 32)  # quarter notes by which a bar may be too long
 def read_musicxml(data: bytes) -> Tab:
     """The piece in a MusicXML file. Raises UnreadableTab, or LookupError without defusedxml."""
     left = Counter[str]()  # notes that are not read, by part
-    if data.count(b"</note>") > MOST_NOTES:
+    if data.count(b"</note>") > MAX_NOTES:
         data, left = _of_basses(data)
     root = parsed_xml(data)
-    with checked():
+    with checked_reading():
         if root.tag == "score-timewise":
             _turn_by_part(root)
         if root.tag != "score-partwise":
             raise UnreadableTab(f"is not a score: its XML is {root.tag[:40]!r}, not score-partwise or score-timewise")
-        for name, count, most in (
-            ("notes and rests", _count(root, "note"), MOST_NOTES),
-            ("directions", _count(root, "direction") + _count(root, "sound"), MOST_DIRECTIONS),
+        for name, count, maximum in (
+            ("notes and rests", _count(root, "note"), MAX_NOTES),
+            ("directions", _count(root, "direction") + _count(root, "sound"), MAX_DIRECTIONS),
         ):
-            if count > most:
-                raise UnreadableTab(f"has {count} {name}, more than {most}")
+            if count > maximum:
+                raise UnreadableTab(f"has {count} {name}, more than {maximum}")
         names = {part.get("id"): part for part in root.iterfind("part-list/score-part")}
         divisions = exact(root.findtext(".//divisions") or "1")  # of parts without their own
         parts = [_Part(part, names.get(part.get("id")), divisions) for part in root.iterfind("part")]
         _shorten_upbeat(parts)
         tracks = [replace(part.track(), left=left[part.name]) for part in parts]
-        return Tab(_merged([part.bars for part in parts]), tracks)
+        return Tab(_merge_parts([part.bars for part in parts]), tracks)
 
 
 def _count(root: Any, tag: str) -> int:
@@ -165,7 +164,7 @@ def _shorten_upbeat(parts: Sequence[_Part]) -> None:
             part.bars[0].length = upbeat
 
 
-def _merged(parts: Sequence[list[Bar]]) -> list[Bar]:
+def _merge_parts(parts: Sequence[list[Bar]]) -> list[Bar]:
     """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
     bars = max(parts, key=len, default=[])
     for others in parts:
@@ -200,7 +199,7 @@ class _Part:
         self.description, self.name = description, part.get("id")
         self.bars: list[Bar] = []
         self.voices: list[list[list[Beat]]] = []
-        self.divisions, self.capo, self.velocity, self.bpm = divisions, 0, model.FORTE, USUAL_TEMPO
+        self.divisions, self.capo, self.velocity, self.bpm = divisions, 0, model.FORTE, DEFAULT_TEMPO
         self.transpose = _transposition(part.find(".//transpose"))
         self.beat, self.length = Fraction(1), Fraction(4)
         self.strings: dict[int, int] = {}  # MIDI notes by number of string, 1 the highest
@@ -212,8 +211,8 @@ class _Part:
         self.lines: dict[tuple[str, str], tuple[Fraction, str]] = {}
         self.spans: list[tuple[Fraction, Fraction, str]] = []  # all that are complete
         measures = part.findall("measure")
-        if len(measures) > MOST_BARS:
-            raise UnreadableTab(f"has {len(measures)} bars, more than {MOST_BARS}")
+        if len(measures) > MAX_BARS:
+            raise UnreadableTab(f"has {len(measures)} bars, more than {MAX_BARS}")
         notes = part.findall("measure/note")
         self.staves = {_staff(note) for note in notes if note.find(".//technical/fret") is not None}  # with tablature
         for each in part.iterfind(".//staff-details"):
@@ -279,11 +278,11 @@ class _Part:
         count = max(self.strings, default=0)
         if not count:
             lowest = min((_pitch(pitch, "") for note in notes for pitch in note.iterfind("pitch")), default=127)
-            count = len(USUAL) + (FIFTH_STRING <= lowest + self.transpose < USUAL[0])
-        if count > MOST_STRINGS:
+            count = len(DEFAULT_STRINGS) + (FIFTH_STRING <= lowest + self.transpose < DEFAULT_STRINGS[0])
+        if count > MAX_STRINGS:
             raise UnreadableTab(f"is damaged: {count} strings")
-        usual = dict(enumerate([*reversed(USUAL), FIFTH_STRING], 1))
-        found = {number: self.strings.get(number, usual.get(number)) for number in range(1, count + 1)}
+        default = dict(enumerate([*reversed(DEFAULT_STRINGS), FIFTH_STRING], 1))
+        found = {number: self.strings.get(number, default.get(number)) for number in range(1, count + 1)}
         if None in found.values():
             raise UnreadableTab(f"has {count} strings, but not the tuning of each")
         return tuple(found[number] or 0 for number in range(count, 0, -1))
@@ -404,11 +403,11 @@ class _Part:
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
         signs.append(words)
         if times := TIMES.fullmatch(words.strip()):
-            self.times[len(self.bars)] = min(int(times[1] or times[2]), MOST_PLAYS)
+            self.times[len(self.bars)] = min(int(times[1] or times[2]), MAX_PLAYS)
         technique = next((kind for kind, text in TECHNIQUES.items() if text.fullmatch(words.strip())), "")
-        told = direction.find("sound[@tempo]") is not None
+        stated = direction.find("sound[@tempo]") is not None
         by_words = TEMPO.search(words)
-        if by_words and not told and direction.find("direction-type/metronome") is None:
+        if by_words and not stated and direction.find("direction-type/metronome") is None:
             self.bpm = number(by_words[1] or by_words[2])
             bar.tempos.append(Tempo(at, self.bpm))
         for each in direction.iterfind("direction-type/*"):
@@ -418,7 +417,7 @@ class _Part:
                 bar.name = (each.text or "").strip()
             elif each.tag == "dynamics" and len(each):
                 self.velocity = velocity_of(each[0].tag)
-            elif each.tag == "metronome" and not told:
+            elif each.tag == "metronome" and not stated:
                 self.bpm = _tempo(each, self.bpm)
                 bar.tempos.append(Tempo(at, self.bpm))
             elif each.tag == "wedge":
@@ -463,7 +462,9 @@ class _Part:
         voice = voices.setdefault(element.findtext("voice") or "1", _Voice())
         grace, chord = element.find("grace"), element.find("chord") is not None and self.latest is not None
         length = (
-            self._duration(element) if grace is not None or element.find("duration") is not None else _written(element)
+            self._duration(element)
+            if grace is not None or element.find("duration") is not None
+            else _written_length(element)
         )
         note = self._read(element, self.latest.notes if chord and self.latest else [])
         if grace is not None:
@@ -481,8 +482,8 @@ class _Part:
             if note is not None:
                 voice.own, voice.graces = voice.graces, []
         if note is not None:
-            if len(self.latest.notes) == MOST_IN_CHORD:
-                raise UnreadableTab(f"is damaged: a chord of more than {MOST_IN_CHORD} notes")
+            if len(self.latest.notes) == MAX_IN_CHORD:
+                raise UnreadableTab(f"is damaged: a chord of more than {MAX_IN_CHORD} notes")
             self.latest.notes.append(note)
             _mark_beat(element, self.latest)
             self._slur(element, note, voice)
@@ -564,7 +565,7 @@ class _Part:
         return note
 
 
-def _written(note: Any) -> Fraction:
+def _written_length(note: Any) -> Fraction:
     """The length of a note without a duration, by its shape."""
     dots, change = len(note.findall("dot")), note.find("time-modification")
     length = Fraction(4, TYPES.get((note.findtext("type") or "").strip(), 4)) * (2 - Fraction(1, 2 ** min(dots, 8)))
@@ -606,7 +607,7 @@ def _endings(text: str) -> frozenset[int]:
     """The passes in a text such as "1, 2", "1.-3." or "1-3"."""
     found: set[int] = set()
     for first, last in re.findall(r"(\d+)\.?(?:\s*-\s*(\d+))?", text):
-        found.update(range(int(first), min(int(last or first), MOST_ENDINGS) + 1))
+        found.update(range(int(first), min(int(last or first), MAX_ENDINGS) + 1))
     return frozenset(found)
 
 
@@ -634,8 +635,8 @@ def _tempo(metronome: Any, bpm: float) -> float:
     lengths = [float(unit * (2 - Fraction(1, 2**dots))) for unit, dots in units]
     if len(lengths) == 2:
         return min(max(bpm * lengths[1] / lengths[0], SLOWEST), FASTEST)
-    told = PER_MINUTE.search(metronome.findtext("per-minute") or "")
-    return number(told[0]) * lengths[0] if told and len(lengths) == 1 else bpm
+    stated = PER_MINUTE.search(metronome.findtext("per-minute") or "")
+    return number(stated[0]) * lengths[0] if stated and len(lengths) == 1 else bpm
 
 
 def _mark_beat(element: Any, beat: Beat) -> None:

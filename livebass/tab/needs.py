@@ -14,14 +14,14 @@ from typing import Any
 from livebass.system.extras import install
 from livebass.tab.model import UnreadableTab
 
-MOST_REASON = 80  # characters of another library's error
-MOST_ELEMENTS = 600_000  # in an XML document
+MAX_REASON = 80  # characters of another library's error
+MAX_ELEMENTS = 600_000  # in an XML document
 # Some programs declare UTF-16 and write UTF-8
 FALSE_ENCODING = re.compile(rb"""^((?:\xef\xbb\xbf)?<\?xml[^>]*?) encoding=["']UTF-16["']""", re.IGNORECASE)
 PACKAGES = {"guitarpro": "Guitar Pro 3 to 5 files need PyGuitarPro", "defusedxml.ElementTree": "XML needs defusedxml"}
 
 
-def needed(module: str) -> Any:
+def require(module: str) -> Any:
     """A module of PACKAGES. Raises LookupError with the command that installs it."""
     try:
         return import_module(module)
@@ -34,9 +34,9 @@ def parsed_xml(data: bytes) -> Any:
 
     Raises UnreadableTab for damage and entities, and LookupError without defusedxml.
     """
-    xml = needed("defusedxml.ElementTree")
-    if data.count(b"<") - data.count(b"</") > MOST_ELEMENTS:
-        raise UnreadableTab(f"its XML has more than {MOST_ELEMENTS} elements")
+    xml = require("defusedxml.ElementTree")
+    if data.count(b"<") - data.count(b"</") > MAX_ELEMENTS:
+        raise UnreadableTab(f"its XML has more than {MAX_ELEMENTS} elements")
     try:
         root = xml.fromstring(FALSE_ENCODING.sub(rb"\1", data, count=1))
     except xml.ParseError as error:
@@ -50,21 +50,21 @@ def parsed_xml(data: bytes) -> Any:
     return root
 
 
-def damaged(error: Exception, what: str) -> UnreadableTab:
+def damage_error(error: Exception, what: str) -> UnreadableTab:
     """The error for a file in which `error` came up: itself, if it is one, else a line that begins with `what`."""
     if isinstance(error, UnreadableTab):
         return error
-    reason = "".join(c for c in str(error) if c.isprintable())[:MOST_REASON]
+    reason = "".join(c for c in str(error) if c.isprintable())[:MAX_REASON]
     return UnreadableTab(f"is damaged: {what} ({reason or type(error).__name__})")
 
 
 @contextmanager
-def checked() -> Iterator[None]:
+def checked_reading() -> Iterator[None]:
     """Turns what a reader meets in a damaged score into UnreadableTab."""
     try:
         yield
     except (AttributeError, IndexError, KeyError, TypeError, ValueError, ArithmeticError) as error:
-        raise damaged(error, "a part of its score is missing or has a wrong value") from None
+        raise damage_error(error, "a part of its score is missing or has a wrong value") from None
 
 
 def number(text: str) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from livebass.tab.model import MOST_BARS, Bar, UnreadableTab
+from livebass.tab.model import MAX_BARS, Bar, UnreadableTab
 
 SEGNO, DOUBLE_SEGNO, CODA, DOUBLE_CODA, FINE, CAPO = "segno", "segno segno", "coda", "double coda", "fine", "capo"
 # Signs of a bar. Targets are places; jumps lead to a place, and from there on to another one.
@@ -18,15 +18,15 @@ JUMPS = {
     f"da {place}{ending}": (place, goal) for place in (CAPO, SEGNO, DOUBLE_SEGNO) for ending, goal in GOALS.items()
 }
 TO_CODA = {"da coda": CODA, "da double coda": DOUBLE_CODA}
-USUAL = {"dc": "dacapo", "ds": "dasegno", "dalsegno": "dasegno", "tocoda": "dacoda"}
+STANDARD = {"dc": "dacapo", "ds": "dasegno", "dalsegno": "dasegno", "tocoda": "dacoda"}
 _BY_LETTERS = {sign.replace(" ", ""): sign for sign in (*TARGETS, *JUMPS, *TO_CODA)}
 
 
 def sign_of(text: str) -> str | None:
     """The sign that a file calls "DaSegnoAlFine" or "Dal Segno al Fine"; None: unknown."""
     letters = "".join(c for c in text.lower() if c.isalpha())
-    for word, usual in USUAL.items():
-        letters = usual + letters[len(word) :] if letters.startswith(word) else letters
+    for word, standard in STANDARD.items():
+        letters = standard + letters[len(word) :] if letters.startswith(word) else letters
     return _BY_LETTERS.get(letters)
 
 
@@ -57,7 +57,7 @@ class _Repeat:
 
 
 def order(bars: Sequence[Bar]) -> list[int]:
-    """The numbers of the bars, from 0, as they sound. Raises UnreadableTab for more than MOST_BARS steps."""
+    """The numbers of the bars, from 0, as they sound. Raises UnreadableTab for more than MAX_BARS steps."""
     endings, closes, played = _endings(bars), _closes(bars), list[int]()
     active = list[_Repeat]()
     goal: str | None = None  # after a jump: where to go on
@@ -65,8 +65,8 @@ def order(bars: Sequence[Bar]) -> list[int]:
     at = steps = 0
     while at < len(bars):
         bar, steps = bars[at], steps + 1
-        if steps > MOST_BARS:
-            raise UnreadableTab(f"its repeats and jumps make more than {MOST_BARS} bars")
+        if steps > MAX_BARS:
+            raise UnreadableTab(f"its repeats and jumps make more than {MAX_BARS} bars")
         if goal is None and at in closes and all(repeat.opens != at for repeat in active):
             active.append(_Repeat(at, closes[at], _passes(endings, closes[at])))
         if goal is not None:

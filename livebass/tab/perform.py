@@ -33,7 +33,7 @@ from livebass.tab.model import (
     UnreadableTab,
 )
 from livebass.tab.order import order
-from livebass.tab.tempos import USUAL, Tempos
+from livebass.tab.tempos import DEFAULT_TEMPO, Tempos
 
 # Kinds of strokes; slap, pop and tap are called like the techniques of the model
 PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP = (
@@ -42,21 +42,21 @@ PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP = (
 TIED = (HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP)  # by the left hand: they need the note before
 A_FRET = 22e-3  # s in which a slide passes a fret ...
 SLIDE_PART = 0.25  # ... unless this part of the note before, in whole SLIDE_STEPs, is longer
-LEAST_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
-LEAST_GRACE, MOST_GRACE = 0.02, 0.08  # s
-LEAST_TRILL = 0.04  # s of each note; the last one may be shorter ...
-LEAST_PART = 0.1  # ... but this part of the others
+MIN_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
+MIN_GRACE, MAX_GRACE = 0.02, 0.08  # s
+MIN_TRILL = 0.04  # s of each note; the last one may be shorter ...
+MIN_PART = 0.1  # ... but this part of the others
 ORNAMENT = Fraction(1, 4)  # quarter notes of the notes before the written one ...
-LEAST_ORNAMENTED = 1.5  # ... in a note so many times as long, or longer
+MIN_ORNAMENTED = 1.5  # ... in a note so many times as long, or longer
 IN_FRETS, OUT_FRETS = 3, 5  # of slides from and to nowhere
 IN_TIME = 0.02  # s before a slide into a note leaves its first fret
-LEAST_OUT = 0.06  # s of a note that slides out
+MIN_OUT = 0.06  # s of a note that slides out
 GHOST_SOFTER, ACCENT = 24, 16  # velocities
 TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
-MOST_FRET = 36
+MAX_FRET = 36
 FADES: dict[str, Curve] = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
                            "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip  # signs of a beat
-MOST_STROKES = 20_000
+MAX_STROKES = 20_000
 PARTIALS = range(2, 9)
 NEAR_NODE = 0.35  # frets
 
@@ -131,7 +131,7 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
             performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
     for string in sorted(strings):
         if 0 <= string < len(track.tuning):
-            performer.play_string(_joined(strings[string]))
+            performer.play_string(_join_ties(strings[string]))
         else:
             performer.lacks["note beyond the strings"] += len(strings[string])
     strokes = sorted(performer.strokes, key=lambda stroke: (stroke.time, stroke.string))
@@ -140,7 +140,7 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
 
 def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, Tempo]]:
     """The tempos as they come. After a jump the tempo is the one that the written bar has."""
-    bpm, change, at_bar = USUAL, Tempo(Fraction(0), USUAL), list[list[Tempo]]()
+    bpm, change, at_bar = DEFAULT_TEMPO, Tempo(Fraction(0), DEFAULT_TEMPO), list[list[Tempo]]()
     for bar in bars:
         at_bar.append([Tempo(Fraction(0), bpm), replace(change, at=Fraction(0))])
         for tempo in [*bar.tempos, None]:
@@ -166,7 +166,7 @@ def _swung(at: Fraction, swing: tuple[Fraction, Fraction] | None) -> Fraction:
     return at - rest + late
 
 
-def _joined(notes: list[_Written]) -> list[_Written]:
+def _join_ties(notes: list[_Written]) -> list[_Written]:
     """The notes of a string in order: ties joined, and of notes that begin together only the longest."""
     found: list[_Written] = []
     for written in sorted(notes, key=lambda each: (each.begin, -each.end)):
@@ -198,7 +198,7 @@ def partial_at(node: float) -> int:
     return partial if distance < NEAR_NODE else 1
 
 
-def _led(grace: Grace | None, fret: int) -> str:
+def _legato_kind(grace: Grace | None, fret: int) -> str:
     """The kind of a stroke at `fret` that the left hand plays from a grace note; "": it does not."""
     if grace is None or not grace.joined or grace.fret == fret:
         return ""
@@ -240,8 +240,8 @@ class _Performer:
         for stroke, after_it in pairwise(line):
             stroke.end = min(stroke.end, after_it.time)
         self.strokes += [stroke for stroke in line if stroke.end > stroke.time or stroke is line[-1]]
-        if len(self.strokes) > MOST_STROKES:
-            raise UnreadableTab(f"has more than {MOST_STROKES} strokes")
+        if len(self.strokes) > MAX_STROKES:
+            raise UnreadableTab(f"has more than {MAX_STROKES} strokes")
 
     def _leads(self, written: _Written, after: _Written | None) -> str:
         """How a note leads to the one after it: by hammer, SHIFT or LEGATO slide; "": by a new stroke."""
@@ -337,7 +337,7 @@ class _Performer:
         latest = stroke.time - 5e-3 if joined == SHIFT else stroke.time
         slow = SLIDE_STEP * int(SLIDE_PART * (stroke.time - begun) / SLIDE_STEP + 1e-6)
         slow = slow if slow > A_FRET * abs(way) else 0.0
-        begin = max(stroke.time - (slow or A_FRET * abs(way)), min(begun + LEAST_BEFORE, latest))
+        begin = max(stroke.time - (slow or A_FRET * abs(way)), min(begun + MIN_BEFORE, latest))
         before.end = begin
         if joined == SHIFT:
             line.append(replace(stroke, time=begin, end=stroke.time, kind=SLIDE, bend=(), slow=slow))
@@ -346,9 +346,9 @@ class _Performer:
 
     def _graces(self, line: list[Stroke], stroke: Stroke, note: Note) -> None:
         """Plays the grace notes of a stroke before it; if no time is left there, in its place, and the stroke later."""
-        room = stroke.time - (line[-1].time + LEAST_GRACE if line else 0.0)
+        room = stroke.time - (line[-1].time + MIN_GRACE if line else 0.0)
         lengths = [min(max(self.tempos.seconds(self.tempos.quarters(stroke.time) + float(grace.length)) - stroke.time,
-                           LEAST_GRACE), MOST_GRACE) for grace in note.graces]  # fmt: skip
+                           MIN_GRACE), MAX_GRACE) for grace in note.graces]  # fmt: skip
         if note.graces[0].on_beat or sum(lengths) > room:
             scale = min(1.0, (stroke.end - stroke.time) / 2 / sum(lengths))
             lengths = [scale * length for length in lengths]
@@ -363,12 +363,12 @@ class _Performer:
                 stroke.bend = (*bend, *((time, y + note.fret - grace.fret) for time, y in stroke.bend))
                 stroke.time, stroke.fret = at, grace.fret
                 return
-            kind = DEAD if grace.dead else _led(before, grace.fret) or PLUCK
+            kind = DEAD if grace.dead else _legato_kind(before, grace.fret) or PLUCK
             line.append(replace(stroke, time=at, end=at + length, fret=grace.fret, kind=kind, bend=()))
             at += length
             before = grace
         if stroke.kind != HARMONIC:
-            stroke.kind = _led(before, note.fret) or stroke.kind
+            stroke.kind = _legato_kind(before, note.fret) or stroke.kind
 
     def _slide_in(self, line: list[Stroke], stroke: Stroke, way: int) -> None:
         """Begins a stroke some frets below (`way` -1) or above it."""
@@ -382,8 +382,8 @@ class _Performer:
     def _slide_out(self, line: list[Stroke], frets: int) -> None:
         """Ends the last stroke with a slide over `frets`."""
         stroke = line[-1]
-        fret = min(max(stroke.fret + frets, 1), MOST_FRET)
-        if fret == stroke.fret or stroke.fret == 0 or stroke.end - stroke.time < LEAST_OUT or stroke.kind == DEAD:
+        fret = min(max(stroke.fret + frets, 1), MAX_FRET)
+        if fret == stroke.fret or stroke.fret == 0 or stroke.end - stroke.time < MIN_OUT or stroke.kind == DEAD:
             self.lacks["slide out"] += 1
             return
         begin = max(stroke.end - A_FRET * abs(fret - stroke.fret), (stroke.time + stroke.end) / 2)
@@ -392,12 +392,12 @@ class _Performer:
 
     def _trill(self, line: list[Stroke], written: _Written, fret: int, quarters: Fraction) -> None:
         """Plays the last stroke and `fret` in turn until its note ends."""
-        if not 0 <= fret <= MOST_FRET:
+        if not 0 <= fret <= MAX_FRET:
             self.lacks["trill"] += 1
             return
         begin, left = self._span(line, written)
-        step = max(self._length(written, quarters), LEAST_TRILL)
-        count = ceil(left / step - LEAST_PART)
+        step = max(self._length(written, quarters), MIN_TRILL)
+        count = ceil(left / step - MIN_PART)
         self._chain(line, islice(cycle([fret, written.note.fret]), max(count - 1, 0)), begin, step)
 
     def _tremolo(self, line: list[Stroke], written: _Written, quarters: Fraction) -> None:
@@ -406,7 +406,7 @@ class _Performer:
         if left > 0:
             whole = sum(part.beat.length / _tuplet(part.beat.length) for part in written.parts)
             part = left / self._length(written, written.end - written.begin)
-            count = max(min(round(part * float(whole / quarters) + 1e-6), int(left / LEAST_TRILL)), 1)
+            count = max(min(round(part * float(whole / quarters) + 1e-6), int(left / MIN_TRILL)), 1)
             self._chain(line, [line[-1].fret] * (count - 1), begin, left / count)
 
     def _span(self, line: Sequence[Stroke], written: _Written) -> tuple[float, float]:
@@ -418,12 +418,12 @@ class _Performer:
         """Plays the turns of a note before the note."""
         stroke, note = line[-1], written.note
         frets = [*note.turns, note.fret]
-        step = max(self._length(written, ORNAMENT / len(note.turns)), LEAST_TRILL)
+        step = max(self._length(written, ORNAMENT / len(note.turns)), MIN_TRILL)
         if (
-            not all(0 <= fret <= MOST_FRET for fret in frets)
+            not all(0 <= fret <= MAX_FRET for fret in frets)
             or stroke.kind in (DEAD, HARMONIC, PINCH)
             or (stroke.kind in TIED and frets[0] != stroke.fret)
-            or stroke.end - stroke.time < LEAST_ORNAMENTED * step * len(note.turns)
+            or stroke.end - stroke.time < MIN_ORNAMENTED * step * len(note.turns)
         ):
             self.lacks["ornament"] += 1
             return

@@ -20,7 +20,7 @@ from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
 from livebass.rows.bounds import within
-from livebass.rows.techniques import DYNAMICS, LEAST, MOST
+from livebass.rows.techniques import DYNAMICS, MAXIMUM, MINIMUM
 from livebass.rows.units import note_name
 from livebass.score import tracknames
 from livebass.score.reading import ScoreError, file_bytes
@@ -48,14 +48,14 @@ HIGHEST = 50  # D3, of any string
 BASSES = {4: "jazz-finger", 5: "five-string", 6: "six-string"}  # by number of strings
 GUITARS = range(24, 32)  # programs from 0
 FOURTH = 5  # semitones to a string that the tab does not have
-MOST_TEMPOS = 10_000
-MOST_NAMED = 8  # tracks in an error
-MOST_SAID = 6  # kinds of what is not played
+MAX_TEMPOS = 10_000
+MAX_NAMED = 8  # tracks in an error
+MAX_SAID = 6  # kinds of what is not played
 AFTER_NOUN = re.compile(r" (?=(?:beyond|on|other|without|to|in|out|off)\b)")  # in the name of a sign
 
 
 @dataclass(frozen=True)
-class Asked:
+class TabRequest:
     """The user's choices in a tablature."""
 
     track: str = ""  # name or number; "": the bass
@@ -83,7 +83,7 @@ class Arrangement:
     @property
     def remark(self) -> str:
         """A line for the user."""
-        return _said(self.tab, self.number, self.performance, self.lacks)
+        return _track_line(self.tab, self.number, self.performance, self.lacks)
 
     def score(self, rate: int) -> Score:
         """The strokes at a rate, with their bass. Raises ScoreError if there are none or they last too long."""
@@ -108,7 +108,7 @@ class Arrangement:
         strings = Strings([string.open_note for string in bass.strings], bass.frets, switches)
         texts = [text_of(self.preset, self.given)]
         midi, lacks = to_midi(self.performance, self.tab.bars, strings, texts, self.dynamics)
-        return midi, _said(self.tab, self.number, self.performance, lacks)
+        return midi, _track_line(self.tab, self.number, self.performance, lacks)
 
 
 def read_tab(
@@ -141,54 +141,54 @@ def read_tab(
     data = file_bytes(Path(path))
     if not is_tab(data):
         raise ScoreError(f"{path}: is not a tablature")
-    within("dynamics", dynamics, LEAST[DYNAMICS], MOST[DYNAMICS])
+    within("dynamics", dynamics, MINIMUM[DYNAMICS], MAXIMUM[DYNAMICS])
     if bars is not None and not (bars and bars[0] >= 0):
         raise ValueError(f"bars must be a range of numbers from 0, not {bars}")
 
     def load(name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Instrument:
         return load_preset(name, **{**given, **tuning})
 
-    score = score_of_tab(data, Path(path), rate, Asked(track, bars, dynamics, preset, tuning), load)
+    score = score_of_tab(data, Path(path), rate, TabRequest(track, bars, dynamics, preset, tuning), load)
     (bass,) = score.basses
     capo = {"capo": int(bass.given["capo"])} if "capo" in bass.given else {}
     return load(bass.preset, {"tuning": bass.given["tuning"]} | capo), score.on_one_bass()
 
 
-def score_of_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..., Instrument]) -> Score:
+def score_of_tab(data: bytes, path: Path, rate: int, requested: TabRequest, load: Callable[..., Instrument]) -> Score:
     """The score of a tablature: as if livebass had recorded it, so that it names its bass.
 
     `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
     """
     checked_rate(rate)
-    return arranged(data, path, asked, load).score(rate)
+    return arrange(data, path, requested, load).score(rate)
 
 
-def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> Arrangement:
+def arrange(data: bytes, path: Path, requested: TabRequest, load: Callable[..., Instrument]) -> Arrangement:
     """The tablature as livebass plays it. Raises like `score_of_tab`."""
     try:
-        tab = parsed(data)
-        number = _chosen(tab, asked.track)
+        tab = parse(data)
+        number = _choose_track(tab, requested.track)
         track = tab.tracks[number]
         if track.left:
             raise UnreadableTab(f"has so many notes that livebass reads only its basses, not track {number + 1}")
-        if asked.bars is not None and asked.bars[-1] >= len(tab.bars):
-            raise UnreadableTab(f"has {len(tab.bars)} bars, not {asked.bars[-1] + 1}")
-        performance = perform(tab, track, asked.bars)
-        preset, given, bass = _bass(track, asked, load)
-        rows, lacks = to_rows(performance, bass.frets, asked.dynamics)
+        if requested.bars is not None and requested.bars[-1] >= len(tab.bars):
+            raise UnreadableTab(f"has {len(tab.bars)} bars, not {requested.bars[-1] + 1}")
+        performance = perform(tab, track, requested.bars)
+        preset, given, bass = _bass(track, requested, load)
+        rows, lacks = to_rows(performance, bass.frets, requested.dynamics)
     except UnreadableTab as error:
         raise ScoreError(f"{path}: {error}") from None
-    return Arrangement(path, tab, number, performance, rows, lacks, asked.dynamics, preset, given, bass)
+    return Arrangement(path, tab, number, performance, rows, lacks, requested.dynamics, preset, given, bass)
 
 
-def parsed(data: bytes) -> Tab:
+def parse(data: bytes) -> Tab:
     """The piece in the bytes of a file. Raises UnreadableTab, and LookupError without the packages."""
     tab = READERS[kind_of(data) or ""](data)
     for number, bar in enumerate(tab.bars, 1):
         if not 0 < bar.length <= LONGEST:
             raise UnreadableTab(f"is damaged: bar {number} has {float(bar.length):g} quarter notes")
-    if sum(len(bar.tempos) + len(bar.holds) for bar in tab.bars) > MOST_TEMPOS:
-        raise UnreadableTab(f"has more than {MOST_TEMPOS} tempos and fermatas")
+    if sum(len(bar.tempos) + len(bar.holds) for bar in tab.bars) > MAX_TEMPOS:
+        raise UnreadableTab(f"has more than {MAX_TEMPOS} tempos and fermatas")
     for track in tab.tracks:
         if any(not 0 <= note <= 127 for note in track.tuning):
             raise UnreadableTab("is damaged: a string is tuned beyond the notes of MIDI")
@@ -197,17 +197,17 @@ def parsed(data: bytes) -> Tab:
     return fill_in(tab)
 
 
-def table(data: bytes, path: Path, asked: Asked) -> list[list[str]]:
+def table(data: bytes, path: Path, requested: TabRequest) -> list[list[str]]:
     """The tracks of a tablature, and which one plays, as rows of a table. Raises like `score_of_tab`."""
     try:
-        tab = parsed(data)
-        number = _chosen(tab, asked.track)
+        tab = parse(data)
+        number = _choose_track(tab, requested.track)
     except UnreadableTab as error:
         raise ScoreError(f"{path}: {error}") from None
     rows = [["track", "name", "strings", "capo", "program", "notes", "bars", "signs", "played"]]
     for n, track in enumerate(tab.tracks):
         beats = (beat for voices in track.bars for voice in voices for beat in voice)
-        signs = Counter(sign for beat in beats for note in beat.notes for sign in note.signs).most_common(MOST_SAID)
+        signs = Counter(sign for beat in beats for note in beat.notes for sign in note.signs).most_common(MAX_SAID)
         rows.append([
             str(n + 1), track.name or "-", " ".join(map(note_name, track.tuning)) or "-", str(track.capo or ""),
             "drums" if track.drums else "-" if track.program is None else str(track.program + 1), str(track.notes),
@@ -236,13 +236,13 @@ def _is_written_high(track: Track) -> bool:
     )
 
 
-def _chosen(tab: Tab, wanted: str) -> int:
+def _choose_track(tab: Tab, wanted: str) -> int:
     """The number of the track to play, from 0: the `wanted` one, or the bass with the most notes."""
     if wanted:
         named = [n for n, track in enumerate(tab.tracks) if track.name.casefold() == wanted.casefold()]
         found = [int(wanted) - 1] if wanted.isdecimal() and 0 < int(wanted) <= len(tab.tracks) else named
         if not found:
-            raise UnreadableTab(f"has no track {wanted}; there is {_listed(tab)}")
+            raise UnreadableTab(f"has no track {wanted}; there is {_list_tracks(tab)}")
         return found[0]
     rules: tuple[Callable[[Track], bool], ...] = (
         _is_bass,
@@ -254,23 +254,25 @@ def _chosen(tab: Tab, wanted: str) -> int:
         basses = [(track.notes, -n) for n, track in playing if rule(track)]
         if basses:
             return -max(basses)[1]
-    raise UnreadableTab(f"no track is tuned like a bass; use --track; there is {_listed(tab)}")
+    raise UnreadableTab(f"no track is tuned like a bass; use --track; there is {_list_tracks(tab)}")
 
 
-def _listed(tab: Tab) -> str:
+def _list_tracks(tab: Tab) -> str:
     named = [f'{n} "{track.name}"' for n, track in enumerate(tab.tracks, 1)]
-    more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
-    return ", ".join(named[:MOST_NAMED]) + more if named else "no track"
+    more = f" and {len(named) - MAX_NAMED} more" if len(named) > MAX_NAMED else ""
+    return ", ".join(named[:MAX_NAMED]) + more if named else "no track"
 
 
-def _bass(track: Track, asked: Asked, load: Callable[..., Instrument]) -> tuple[str, dict[str, str], Instrument]:
+def _bass(
+    track: Track, requested: TabRequest, load: Callable[..., Instrument]
+) -> tuple[str, dict[str, str], Instrument]:
     """The preset that plays a track, its options as a take stores them, and its bass."""
     strings = len(track.tuning)
     by_program = PROGRAMS.get((track.program if track.program is not None else -1) + 1)
-    usual = [by_program] if strings == 4 and by_program else []
-    usual += [name for count, name in BASSES.items() if count >= strings]
+    default = [by_program] if strings == 4 and by_program else []
+    default += [name for count, name in BASSES.items() if count >= strings]
     problem = ""
-    for preset in [asked.preset] if asked.preset else usual:
+    for preset in [requested.preset] if requested.preset else default:
         bass = load(preset)
         missing = len(bass.strings) - strings
         if missing < 0:
@@ -283,7 +285,7 @@ def _bass(track: Track, asked: Asked, load: Callable[..., Instrument]) -> tuple[
         except ValueError as error:
             problem = problem or f"cannot be played on {preset}: {error}"
             continue
-        given |= {name: value for name, value in asked.options.items() if value is not None}
+        given |= {name: value for name, value in requested.options.items() if value is not None}
         name = os.path.abspath(preset) if is_path(preset) else preset
         return name, {key: str(value) for key, value in given.items() if value}, bass
     problem = problem or f"has {strings} strings, which no bass here has; -p names another one"
@@ -296,7 +298,7 @@ def _plural(name: str) -> str:
     return " ".join([" or ".join(f"{each}s" for each in noun.split(" or ")), *rest])
 
 
-def _said(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, int]) -> str:
+def _track_line(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, int]) -> str:
     """A line about the chosen track."""
     track = tab.tracks[number]
     notes = track.notes
@@ -304,6 +306,6 @@ def _said(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, i
     line = f'plays track {number + 1} "{track.name}", {notes} note{"s" * (notes != 1)}'
     if others:
         line += f", not the bass{'es' * (len(others) > 1)} in track {', '.join(str(n + 1) for n in others)}"
-    missing = sorted(((count, name) for name, count in lacks.items() if count), reverse=True)[:MOST_SAID]
+    missing = sorted(((count, name) for name, count in lacks.items() if count), reverse=True)[:MAX_SAID]
     counted = ", ".join(f"{count} {name if count == 1 else _plural(name)}" for count, name in missing)
     return f"{line}; {counted} not played" if counted else line

@@ -12,10 +12,10 @@ from livebass.tab.model import Hold, Tempo
 
 TICKS = 3840  # in a quarter note
 MINUTE = 60_000_000  # us
-USUAL = 120.0  # beats a minute, without a tempo
+DEFAULT_TEMPO = 120.0  # beats a minute, without a tempo
 SLOWEST, FASTEST = 5.0, 2000.0
 RAMP = Fraction(1, 8)  # quarter notes of a step in a gradual change ...
-MOST_STEPS = 64  # ... unless it has more steps
+MAX_STEPS = 64  # ... unless it has more steps
 
 
 class Tempos:
@@ -23,7 +23,7 @@ class Tempos:
 
     def __init__(self, tempos: Iterable[tuple[Fraction, Tempo]], holds: Iterable[tuple[Fraction, Hold]] = ()) -> None:
         """`tempos` are (its place in quarter notes, tempo), in order; `holds` (the beginning of its bar, hold)."""
-        steps: list[tuple[Fraction, float]] = [(Fraction(0), USUAL)]
+        steps: list[tuple[Fraction, float]] = [(Fraction(0), DEFAULT_TEMPO)]
         for place, tempo in tempos:
             at = max(place, Fraction(0))  # a damaged file may have one before its first bar
             while steps[-1][0] > at:  # a new tempo ends a gradual change
@@ -31,14 +31,14 @@ class Tempos:
             bpm = steps[-1][1]
             if steps[-1][0] == at:
                 steps.pop()
-            count = min(-(-tempo.over // RAMP), MOST_STEPS)
+            count = min(-(-tempo.over // RAMP), MAX_STEPS)
             for k in range(count):
                 steps.append((at + tempo.over * k / count, bpm + (tempo.bpm - bpm) * (k + 0.5) / count))
             steps.append((at + tempo.over, tempo.bpm))
         changes = [(at, 0, bpm) for at, bpm in steps]
         changes += [(begin + x, 1, y) for begin, hold in holds for x, y in ((hold.at, hold.times), (hold.end, 1.0))]
         found: dict[Fraction, float] = {}
-        bpm, times = USUAL, 1.0
+        bpm, times = DEFAULT_TEMPO, 1.0
         for at, kind, value in sorted(changes):
             bpm, times = (bpm, value) if kind else (value, times)
             found[at] = min(max(bpm / times, SLOWEST), FASTEST)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from livebass.model.bench import changed
+from livebass.model.bench import change_bass
 from livebass.model.instrument import Instrument, Pickup
 from livebass.preset.load import load_preset, preset_tables
 from livebass.preset.source import is_path
@@ -72,27 +72,28 @@ def sliders(bass: Instrument) -> Iterator[dict[str, Any]]:
     pickups = () if bass.output.kind == "displacement" else bass.output.pickups
     own = own_values(bass)
     for number, (symbol, row) in enumerate(SLIDER_ROWS.items()):
-        p, name, most = row.parameter, row.parameter.name, row.parameter.most
+        p, name, maximum = row.parameter, row.parameter.name, row.parameter.maximum
         of = int(symbol.split("_")[1]) if symbol.startswith("pickup_") and symbol[7].isdigit() else 0
         if of > (len(pickups) if len(pickups) > 1 else 0) or (p.group == "Pickups" and not pickups):
             continue
         if not changes(bass, symbol):
             continue
         if of:
-            name = f"{called(pickups[of - 1], bass)}: {symbol.split('_')[2]}"
+            name = f"{pickup_name(pickups[of - 1], bass)}: {symbol.split('_')[2]}"
         if symbol == "fret":
-            most = min(most, bass.frets)
+            maximum = min(maximum, bass.frets)
         value, unit = own.get(symbol, (None, ""))
         yield {
             "number": number, "symbol": symbol, "group": p.group, "name": name, "help": row.help, "unit": p.unit,
-            "least": p.least, "most": most, "step": row.step, "points": p.points, "own": value, "ownUnit": unit,
+            "minimum": p.minimum, "maximum": maximum, "step": row.step, "points": p.points, "own": value,
+            "ownUnit": unit,
         }  # fmt: skip
 
 
 def changes(bass: Instrument, symbol: str) -> bool:
     """True if the slider changes the bass."""
-    of_fret, most = {"fret": 1.0, "fret_height": 0.1}, SLIDER_ROWS[symbol].parameter.most
-    return changed(bass, of_fret | {symbol: most / 2} if symbol in of_fret else {symbol: most / 2}) != bass
+    of_fret, maximum = {"fret": 1.0, "fret_height": 0.1}, SLIDER_ROWS[symbol].parameter.maximum
+    return change_bass(bass, of_fret | {symbol: maximum / 2} if symbol in of_fret else {symbol: maximum / 2}) != bass
 
 
 def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
@@ -126,7 +127,7 @@ def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
     return {symbol: (float(f"{value:.6g}"), unit) for symbol, (value, unit) in made.items()}
 
 
-def called(pickup: Pickup, bass: Instrument) -> str:
+def pickup_name(pickup: Pickup, bass: Instrument) -> str:
     """Names a pickup among its bass's pickups."""
     if pickup.strings:
         return f"Pickup under {' '.join(pickup.strings)}"

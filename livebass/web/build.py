@@ -20,27 +20,31 @@ STACK = 1 << 20  # bytes
 BUILT = store.BUILT / f"kernels-{store.digest()}-{LEVEL}.wasm"
 
 
-def kept() -> Path | None:
+def kept_module() -> Path | None:
     """Returns the module's path in the user's directory; None if nothing can be kept there."""
     place = store.directory(f"kernels-{store.digest()}")
     return place / f"{LEVEL}.wasm" if place else None
 
 
-def cached() -> bool:
+def is_cached() -> bool:
     """True if the module is already compiled."""
-    there = kept()
+    there = kept_module()
     return store.whole(BUILT) is not None or (there is not None and store.whole(there) is not None)
 
 
 def module(progress: Progress = silent) -> bytes:
     """Returns the module; compiles it first if necessary. `progress` gets the fraction done. Raises OSError."""
     built = store.whole(BUILT)
-    return store.kept_or_made(kept(), lambda: linked(compiled_for(LEVEL, progress))) if built is None else built
+    return (
+        store.kept_or_made(kept_module(), lambda: link_module(compiled_for(LEVEL, progress)))
+        if built is None
+        else built
+    )
 
 
-def linked(kernels: bytes) -> bytes:
+def link_module(kernels: bytes) -> bytes:
     """Links the kernels' object file into the module. Raises OSError."""
     try:
-        return linking.linked(kernels, [f"lb_{entry.name}" for entry in ENTRIES], STACK)
+        return linking.link(kernels, [f"lb_{entry.name}" for entry in ENTRIES], STACK)
     except linking.LinkError as error:
         raise OSError(f"the kernels cannot be linked: {error}") from None

@@ -32,9 +32,9 @@ from livebass.rows.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TE
 from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record
-from livebass.web.modules import joined, text
+from livebass.web.modules import join_modules, text
 from livebass.web.public import ELEMENT, GROUND, PUBLIC, head, public_files
-from livebass.web.recorded import FOLDER, NOTE, is_recorded, recorded_files
+from livebass.web.recorded_note import FOLDER, NOTE, is_recorded, recorded_files
 from livebass.web.stories import shown_stories
 
 INDEX, SINGLE = "index.html", "livebass.html"
@@ -136,12 +136,12 @@ def page_files(
             files[f"{BASSES}/{name}{MARK}{number}{ENDING}"] = instrument_file(load_preset(f"{name}{MARK}{number}"))
     files |= {
         MODULE: build.module(),
-        "worker.js": joined("worker.js").encode(),
-        "worklet.js": joined("worklet.js").encode(),
+        "worker.js": join_modules("worker.js").encode(),
+        "worklet.js": join_modules("worklet.js").encode(),
         **shell(),
     }
     shown_basses = [
-        shown(name, bass)
+        bass_data(name, bass)
         | {
             "bench": benches.get(name),
             "cases": shown_cases(bass, known.get(name)),
@@ -169,7 +169,7 @@ def waiting_page(done: float) -> dict[str, bytes]:
 
 def shell() -> dict[str, bytes]:
     """Returns the script and the style that every page has."""
-    return {"app.js": joined("main.js").encode(), "style.css": text("style.css").encode()}
+    return {"app.js": join_modules("main.js").encode(), "style.css": text("style.css").encode()}
 
 
 def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
@@ -179,13 +179,13 @@ def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]
 
 
 def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
-    """Returns the data that every page has; `basses` are as `shown` returns them."""
+    """Returns the data that every page has; `basses` are as `bass_data` returns them."""
     return {
         "parameters": {
             p.symbol: {
-                "least": p.least,
-                "most": p.most,
-                "usual": p.usual,
+                "minimum": p.minimum,
+                "maximum": p.maximum,
+                "defaultValue": p.default,
                 "unit": p.unit,
                 "whole": p.whole,
                 "event": event(p),
@@ -202,7 +202,7 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def shown(name: str, bass: Instrument) -> dict[str, Any]:
+def bass_data(name: str, bass: Instrument) -> dict[str, Any]:
     """Returns the data of a bass, such as strings and frets, that the page cannot read from the instrument file."""
     return {
         "name": name,

@@ -19,7 +19,7 @@ from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player import words
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
-from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
+from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MAX_STRINGS, PERFORMER
 from livebass.kernels.score import choosing, low_keys, memory, reading, remarks, smf
 from livebass.kernels.score import records as score
 from livebass.kernels.string import frets, records
@@ -27,7 +27,7 @@ from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE
 from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, STRING, VOICE
-from livebass.kernels.string.told import TOLD, begin_again
+from livebass.kernels.string.reports import REPORTS, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
@@ -44,14 +44,14 @@ from livebass.rows.techniques import (
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
-    "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
+    "REPORTS": REPORTS, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
     "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL, "SMF": score.SMF, **score.ROWS,
     "SCORE": memory.SCORE, "LISTED": memory.LISTED, "PLAYED": memory.PLAYED, "FITTING": low_keys.FITTING,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": PARAMETER, "NOTE_STRING": words.NOTE_STRING,
-    "STRING_REST": words.STRING_REST, "MOST_STRINGS": MOST_STRINGS,
+    "STRING_REST": words.STRING_REST, "MAX_STRINGS": MAX_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE, "NO_CHANNEL": score.NO_CHANNEL,

@@ -45,8 +45,8 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
     known = bench(basses[name], sources[name]) if key == "like" and name in basses else None
     if known is None:
         raise ValueError(f"the link names no bass of this page that can be changed: {f'{key}={name}'[:40]}")
-    limits = {slider["symbol"]: (slider["least"], slider["most"], slider["unit"]) for slider in known["sliders"]}
-    limits |= {p.symbol: (p.least, p.most, p.unit) for p in PARAMETERS if event(p)}
+    limits = {slider["symbol"]: (slider["minimum"], slider["maximum"], slider["unit"]) for slider in known["sliders"]}
+    limits |= {p.symbol: (p.minimum, p.maximum, p.unit) for p in PARAMETERS if event(p)}
     for written, value in values:
         symbol = known["renamed"].get(written, written)
         if symbol == KEY and value != str(FORMATS["link"]):
@@ -55,9 +55,9 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
             _check_revision(name, value, sources[name])
         if symbol not in limits:  # such as a mail program's
             continue
-        least, most, unit = limits[symbol]
-        if not least <= (float(value) if NUMBER.fullmatch(value.strip()) else math.nan) <= most:
-            wanted = f"it must be from {least:g} to {most:g} {unit}".rstrip()
+        minimum, maximum, unit = limits[symbol]
+        if not minimum <= (float(value) if NUMBER.fullmatch(value.strip()) else math.nan) <= maximum:
+            wanted = f"it must be from {minimum:g} to {maximum:g} {unit}".rstrip()
             raise ValueError(f"the link says {symbol} = {value[:20]}: {wanted}")
 
 

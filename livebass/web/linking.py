@@ -84,13 +84,13 @@ class Object(NamedTuple):
     of_data: list[Relocation]
 
 
-def linked(data: bytes, exports: Sequence[str], stack: int) -> bytes:
+def link(data: bytes, exports: Sequence[str], stack: int) -> bytes:
     """Links the object file `data` into a module with a stack of `stack` bytes at the beginning of its memory.
 
     It exports the functions `exports`, "memory", "__indirect_function_table" and "__heap_base", where free memory
     begins. Raises LinkError for an object that needs other imports, or lacks one of `exports`.
     """
-    found = read(data)
+    found = read_object(data)
     functions = {s.name: s.where for s in found.symbols if s.kind == OF_FUNCTION and s.where >= 0}
     for name in exports:
         if name not in functions:
@@ -99,10 +99,10 @@ def linked(data: bytes, exports: Sequence[str], stack: int) -> bytes:
     number = {old: new for new, old in enumerate(sorted(reached))}
     places, end = [], stack
     for (_, segment), alignment in zip(found.segments, found.alignments, strict=True):
-        end = aligned(end, alignment)
+        end = align(end, alignment)
         places.append(end)
         end += len(segment)
-    heap = aligned(end, 16)
+    heap = align(end, 16)
 
     def value(relocation: Relocation) -> int:
         if relocation.kind == TYPE_INDEX:
@@ -116,8 +116,8 @@ def linked(data: bytes, exports: Sequence[str], stack: int) -> bytes:
             return places[symbol.where] + symbol.offset + relocation.addend
         return 0  # the one table, and STACK_POINTER, the one global
 
-    code = [related(at, body, found.of_code, value) for at, body in (found.bodies[old] for old in sorted(reached))]
-    segments = [related(at, segment, found.of_data, value) for at, segment in found.segments]
+    code = [relocate(at, body, found.of_code, value) for at, body in (found.bodies[old] for old in sorted(reached))]
+    segments = [relocate(at, segment, found.of_data, value) for at, segment in found.segments]
     sections = {
         TYPE: found.types,
         FUNCTION: vector([leb(found.types_of[old]) for old in sorted(reached)]),
@@ -126,21 +126,21 @@ def linked(data: bytes, exports: Sequence[str], stack: int) -> bytes:
         GLOBAL: vector([bytes([I32, 1]) + constant(stack), bytes([I32, 0]) + constant(heap)]),
         EXPORT: vector(
             [
-                exported("memory", 2, 0),
-                exported("__indirect_function_table", 1, 0),
-                exported("__heap_base", 3, HEAP_BASE),
-                *(exported(name, 0, number[functions[name]]) for name in exports),
+                encode_export("memory", 2, 0),
+                encode_export("__indirect_function_table", 1, 0),
+                encode_export("__heap_base", 3, HEAP_BASE),
+                *(encode_export(name, 0, number[functions[name]]) for name in exports),
             ]
         ),
-        CODE: vector([sized(body) for body in code]),
+        CODE: vector([with_size(body) for body in code]),
         DATA: vector(
-            [b"\0" + constant(place) + sized(segment) for place, segment in zip(places, segments, strict=True)]
+            [b"\0" + constant(place) + with_size(segment) for place, segment in zip(places, segments, strict=True)]
         ),
     }
-    return MAGIC + b"".join(bytes([kind]) + sized(section) for kind, section in sections.items())
+    return MAGIC + b"".join(bytes([kind]) + with_size(section) for kind, section in sections.items())
 
 
-def read(data: bytes) -> Object:
+def read_object(data: bytes) -> Object:
     """Reads an object file. Raises LinkError."""
     if not data.startswith(MAGIC):
         raise LinkError("it is no WebAssembly")
@@ -160,14 +160,14 @@ def read(data: bytes) -> Object:
         elif kind == FUNCTION:
             types_of = [section.number() for _ in range(section.number())]
         elif kind == CODE:
-            bodies = [placed(section) for _ in range(section.number())]
+            bodies = [sized_place(section) for _ in range(section.number())]
         elif kind == DATA:
             for _ in range(section.number()):
                 if section.number() != 0 or section.byte() != CONST_I32:
                     raise LinkError("a segment of data is not of the usual kind")
                 section.number(signed=True)
                 section.byte()
-                segments.append(placed(section))
+                segments.append(sized_place(section))
         elif kind == CUSTOM:
             name = section.name()
             if name == "linking":
@@ -181,11 +181,11 @@ def read(data: bytes) -> Object:
 
 def check_imports(section: Reader) -> None:
     """Raises LinkError for imports other than the memory, the stack pointer and the table."""
-    usual = {"__linear_memory", "__stack_pointer", "__indirect_function_table"}
+    standard = {"__linear_memory", "__stack_pointer", "__indirect_function_table"}
     for _ in range(section.number()):
         section.name()
         name, kind = section.name(), section.byte()
-        if name not in usual:
+        if name not in standard:
             raise LinkError(f"it needs {name}")
         if kind == 3:
             section.at += 2
@@ -196,7 +196,7 @@ def check_imports(section: Reader) -> None:
                 section.number()
 
 
-def placed(section: Reader) -> tuple[int, bytes]:
+def sized_place(section: Reader) -> tuple[int, bytes]:
     """Reads a length and that many bytes; returns their place and the bytes."""
     data = section.bytes()
     return section.at - len(data), data
@@ -262,7 +262,7 @@ def between(relocations: list[Relocation], begin: int, end: int) -> list[Relocat
     return relocations[first : bisect_left(relocations, end, key=lambda r: r.at)]
 
 
-def related(at: int, data: bytes, relocations: list[Relocation], value: Callable[[Relocation], int]) -> bytes:
+def relocate(at: int, data: bytes, relocations: list[Relocation], value: Callable[[Relocation], int]) -> bytes:
     """Returns `data`, which begins `at` in its section, with its relocations applied."""
     made = bytearray(data)
     for relocation in between(relocations, at, at + len(data)):
@@ -276,7 +276,7 @@ def related(at: int, data: bytes, relocations: list[Relocation], value: Callable
     return bytes(made)
 
 
-def aligned(place: int, alignment: int) -> int:
+def align(place: int, alignment: int) -> int:
     """Returns the first multiple of `alignment` from `place` on."""
     return -(-place // alignment) * alignment
 
@@ -298,7 +298,7 @@ def constant(number: int) -> bytes:
     return bytes([CONST_I32]) + signed + bytes([END])
 
 
-def sized(data: bytes) -> bytes:
+def with_size(data: bytes) -> bytes:
     """Returns `data` after its length."""
     return leb(len(data)) + data
 
@@ -308,6 +308,6 @@ def vector(items: Sequence[bytes]) -> bytes:
     return leb(len(items)) + b"".join(items)
 
 
-def exported(name: str, kind: int, index: int) -> bytes:
+def encode_export(name: str, kind: int, index: int) -> bytes:
     """Encodes an export."""
-    return sized(name.encode()) + bytes([kind]) + leb(index)
+    return with_size(name.encode()) + bytes([kind]) + leb(index)

@@ -27,7 +27,7 @@ MADE = {"layout.js": layout, "words.js": words}  # modules made by Python: the k
 NONE: Mapping[str, str] = {}
 
 
-def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
+def join_modules(entry: str, more: Mapping[str, str] = NONE) -> str:
     """Returns a classic script: an expression whose value is the exports of the module `entry`.
 
     `more` holds modules besides the page's own, by file name. Raises ValueError for modules that cannot be joined.
@@ -47,7 +47,7 @@ def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
                 if name not in exports[found["file"]]:
                     raise ValueError(f"{file}: {found['file']} exports no {name}")
         exports[file] = [found["name"] for found in EXPORT.finditer(source)]
-        body = EXPORT.sub("", IMPORT.sub(_taken, source))
+        body = EXPORT.sub("", IMPORT.sub(_import_line, source))
         if odd := UNJOINED.search(body):
             raise ValueError(f"{file}: cannot be joined: {odd[0]}")
         parts[file] = f"const {_variable(file)} = (() => {{\n{body}return {{{', '.join(exports[file])}}};\n}})();\n"
@@ -71,7 +71,7 @@ def _names(found: re.Match[str]) -> list[str]:
     return [name.strip() for name in (found["names"] or "").split(",") if name.strip()]
 
 
-def _taken(found: re.Match[str]) -> str:
+def _import_line(found: re.Match[str]) -> str:
     """Returns the script line that replaces an import."""
     names = found["all"] or (f"{{{found['names']}}}" if found["names"] else "")
     return f"const {names} = {_variable(found['file'])};\n" if names else ""

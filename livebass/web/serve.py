@@ -106,11 +106,11 @@ class PageServer:
                 """The asked path; None if another site or program asks."""
                 port = self.connection.getsockname()[1]
                 own = f"{HOST}:{port}", f"localhost:{port}"
-                asked, place = unquote(urlsplit(self.path).path), self.headers.get("Host", "")
+                requested, place = unquote(urlsplit(self.path).path), self.headers.get("Host", "")
                 origin = self.headers.get("Origin")
-                if place not in own or origin not in (None, f"http://{place}") or not is_under(root, asked):
+                if place not in own or origin not in (None, f"http://{place}") or not is_under(root, requested):
                     return None
-                return asked[len(root) :] or INDEX
+                return requested[len(root) :] or INDEX
 
             def _answer(self, with_data: bool) -> None:
                 path = self._path()

@@ -13,8 +13,8 @@ from livebass.plugin.bundle import instrument_files
 from livebass.plugin.instrument import ENDING
 from livebass.score.reading import ScoreError
 from livebass.tab.perform import HARMONIC
-from livebass.tab.reading import Arrangement, Asked, arranged
-from livebass.web.export import BASSES, shown
+from livebass.tab.reading import Arrangement, TabRequest, arrange
+from livebass.web.export import BASSES, bass_data
 
 NODES = {2: 12, 3: 7, 4: 5, 5: 4, 6: 3, 7: 3, 8: 2}  # frets at which a finger touches, by partial of the open string
 
@@ -55,7 +55,7 @@ class Opener:
         """Returns `tab_data` of a file, and the data of its bass. Raises ScoreError, LookupError and ValueError."""
         if not is_tab(data):
             raise ScoreError(f"{name}: is not a tablature")
-        song = arranged(data, Path(name), Asked(), self.load)
+        song = arrange(data, Path(name), TabRequest(), self.load)
         short = next((known for known, bass in self.basses.items() if bass == song.bass), "")
         if not short:
             short = f"{Path(song.preset).stem}-{len(self.basses) + 1}"
@@ -63,5 +63,5 @@ class Opener:
             self.files[f"{BASSES}/{short}{ENDING}"] = made[f"{short}{ENDING}"]
             self.basses[short] = song.bass
             self.titles[short] = f"{song.bass.name}, {song.given['tuning']}"
-        bass = shown(short, song.bass) | {"bench": None, "cases": []}
+        bass = bass_data(short, song.bass) | {"bench": None, "cases": []}
         return tab_data(song, name, short) | {"shown": bass | {"title": self.titles.get(short, song.bass.name)}}

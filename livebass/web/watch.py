@@ -13,10 +13,10 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from livebass.live.onlooker import Onlooker
 from livebass.live.synth import Synth
+from livebass.live.watch_stream import Watcher
 from livebass.model.instrument import Instrument
-from livebass.web.export import page_data, shell, shown, with_html
+from livebass.web.export import bass_data, page_data, shell, with_html
 
 EVERY = 1 / 60  # s, between two pictures
 QUIET = 1.0  # s, between two messages of a silent bass
@@ -26,34 +26,34 @@ STREAM = "watch"  # its place beside the page
 
 def watch_files(bass: Instrument) -> dict[str, bytes]:
     """Returns the page's files, by path; it begins with `bass`."""
-    page = page_data([_shown(bass)]) | {"watching": STREAM}
+    page = page_data([_bass_data(bass)]) | {"watching": STREAM}
     return with_html(shell(), page)
 
 
-def _shown(bass: Instrument) -> dict[str, Any]:
+def _bass_data(bass: Instrument) -> dict[str, Any]:
     """Returns the page's data of a bass; the page cannot change it."""
-    return shown(bass.name, bass) | {"bench": None, "cases": []}
+    return bass_data(bass.name, bass) | {"bench": None, "cases": []}
 
 
 def stream(synth: Callable[[], Synth | None]) -> Iterator[bytes]:
     """Yields a message about the playing synth's bass, or no bytes, every EVERY seconds; `synth` returns that synth."""
-    onlooker: Onlooker | None = None
-    told, sounded, sent = True, False, 0.0
+    onlooker: Watcher | None = None
+    announced, sounded, sent = True, False, 0.0
     while True:
         playing = synth()
         bass = playing.bass if playing else None
         message = b""
         if playing is not None and bass is not None and bass.began is not None:
             if onlooker is None or onlooker.bass is not bass:
-                onlooker, told = Onlooker(bass), False
+                onlooker, announced = Watcher(bass), False
             seen = onlooker.look(playing.frame)
             sounds = seen is not None and bool(seen.sights["slot"]["on"].any())
-            if seen and (sounds or sounded or not told or time.monotonic() - sent > QUIET):
+            if seen and (sounds or sounded or not announced or time.monotonic() - sent > QUIET):
                 said: dict[str, Any] = {"frame": seen.frame, "rate": playing.rate}
                 said |= {"contacts": sum(seen.contacts, ()), "notes": sum(seen.notes, ())}
-                if not told:
-                    said["bass"] = _shown(bass.engine.instrument)
-                told, sounded, sent = True, sounds, time.monotonic()
+                if not announced:
+                    said["bass"] = _bass_data(bass.engine.instrument)
+                announced, sounded, sent = True, sounds, time.monotonic()
                 line, sights = json.dumps(said, separators=(",", ":")).encode(), seen.sights.tobytes()
                 message = LENGTHS.pack(len(line), len(sights)) + line + sights
         yield message

@@ -16,7 +16,7 @@ WORDS = {
     },
     "game": {
         "track": tracknames.GAME_TRACK,
-        "least": tracknames.LEAST_GAME,
+        "minimum": tracknames.MIN_GAME,
         "refusal": tracknames.GAME_REFUSAL,
     },
     "encodings": list(tracknames.ENCODINGS.values()),

@@ -50,14 +50,14 @@ ROUNDS = 12  # rounds of random values and events
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("asked") / "clap"
+    made = tmp_path_factory.mktemp("requested") / "clap"
     clap.write_bundle({name: load_preset(name) for name in ("jazz-finger", "slap")}, made)
     return made
 
 
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("asked") / "livebass.vst3"
+    made = tmp_path_factory.mktemp("requested") / "livebass.vst3"
     vst3.write_bundle({"jazz-finger": load_preset("jazz-finger")}, made)
     return made
 
@@ -93,13 +93,15 @@ def test_an_instance_is_described_as_its_factory_says(folder: Path) -> None:
     for k, name in enumerate((MONO, STRINGS)):
         with closing(Plugin(folder, name=name, active=False)) as plugin:
             factory, address = plugin.library.factory()
-            told, own = factory.descriptor(address, k).contents, plugin.plugin.descriptor.contents
+            reported, own = factory.descriptor(address, k).contents, plugin.plugin.descriptor.contents
             for field in dict(DESCRIPTOR._fields_).keys() - {"version", "features"}:
-                assert getattr(told, field) == getattr(own, field)
-            assert told.name and told.vendor and told.release and list(told.version) == list(own.version)
+                assert getattr(reported, field) == getattr(own, field)
+            assert (
+                reported.name and reported.vendor and reported.release and list(reported.version) == list(own.version)
+            )
             features = []
-            while told.features[len(features)]:
-                features.append(told.features[len(features)])
+            while reported.features[len(features)]:
+                features.append(reported.features[len(features)])
             assert b"instrument" in features and len(set(features)) == len(features)
 
 
@@ -135,7 +137,8 @@ def test_any_values_give_a_sound(plugin: Plugin) -> None:
     params = [p for p in plugin.params() if not p.flags & 1 << 3]  # 3: read only
     for k in range(ROUNDS):
         moved = [
-            value(p.id, rng.uniform(p.least, p.most) if k % 2 else (p.least, p.most)[rng.integers(2)]) for p in params
+            value(p.id, rng.uniform(p.minimum, p.maximum) if k % 2 else (p.minimum, p.maximum)[rng.integers(2)])
+            for p in params
         ]
         for event, when in zip(moved, sorted(rng.integers(0, 1000, len(moved)).tolist()), strict=True):
             event.time = when
@@ -146,7 +149,7 @@ def test_any_values_give_a_sound(plugin: Plugin) -> None:
 def test_values_are_the_same_by_flush_and_by_process(folder: Path) -> None:
     rng = np.random.default_rng(3)
     with closing(Plugin(folder)) as one, closing(Plugin(folder)) as other:
-        wanted = {p.id: rng.uniform(p.least, p.most) for p in one.params() if not p.flags & 1 << 3}
+        wanted = {p.id: rng.uniform(p.minimum, p.maximum) for p in one.params() if not p.flags & 1 << 3}
         for number, x in wanted.items():
             one.set(number, x)
         other.block(64, [value(number, x) for number, x in wanted.items()])
@@ -157,7 +160,7 @@ def test_values_are_the_same_by_flush_and_by_process(folder: Path) -> None:
 def test_events_of_another_space_change_nothing(plugin: Plugin) -> None:
     """Nor do transport events, 9."""
     before = plugin.save()
-    foreign = [value(p.id, p.most) for p in plugin.params()] + [note_on(40, 0.9)]
+    foreign = [value(p.id, p.maximum) for p in plugin.params()] + [note_on(40, 0.9)]
     for event in foreign:
         event.space = 0xB33F
     transport = MIDI_EVENT(c.sizeof(NOTE), 0, 0, 9)
@@ -167,12 +170,12 @@ def test_events_of_another_space_change_nothing(plugin: Plugin) -> None:
 def test_values_and_texts_agree(plugin: Plugin) -> None:
     rng = np.random.default_rng(4)
     for p in plugin.params():
-        for x in rng.uniform(p.least, p.most, 20):
+        for x in rng.uniform(p.minimum, p.maximum, 20):
             x = round(x) if p.flags & 1 else x  # 1: stepped
             text = plugin.text(p.id, x)
             read = plugin.value_of(p.id, text)
             limited = text in ("0 %", "50 %")  # of unevenness, which a bass has up to here
-            assert read is not None and (limited or abs(read - x) <= 0.03 * (p.most - p.least)), (p.name, text)
+            assert read is not None and (limited or abs(read - x) <= 0.03 * (p.maximum - p.minimum)), (p.name, text)
             assert plugin.text(p.id, read).split("-.")[-1] == text.split("-.")[-1]
 
 
@@ -187,7 +190,9 @@ def test_a_state_is_the_same_when_saved_again(folder: Path, plugin: Plugin) -> N
     """Our host reads and writes it in pieces of a few bytes."""
     rng = np.random.default_rng(6)
     for _ in range(ROUNDS):
-        plugin.block(64, [value(p.id, rng.uniform(p.least, p.most)) for p in plugin.params() if not p.flags & 1 << 3])
+        plugin.block(
+            64, [value(p.id, rng.uniform(p.minimum, p.maximum)) for p in plugin.params() if not p.flags & 1 << 3]
+        )
         state = plugin.save()
         assert state == plugin.save()
         with closing(Plugin(folder, active=False)) as other:
@@ -228,7 +233,7 @@ def test_parameters_of_vst3_have_what_hosts_need(other: low.Plugin) -> None:
     assert len(parameters) == other.controller.call(8), "each has an id of its own"
     units = other.units()
     for number, p in parameters.items():
-        assert number < 1 << 31 and low.wide(p.title) and p.steps >= 0 and 0 <= p.usual <= 1 and p.unit in units
+        assert number < 1 << 31 and low.wide(p.title) and p.steps >= 0 and 0 <= p.default <= 1 and p.unit in units
         assert not p.flags & low.IS_READ_ONLY or not p.flags & (low.CAN_AUTOMATE | low.IS_PROGRAM_CHANGE)
         assert not p.flags & low.IS_PROGRAM_CHANGE or p.flags & low.IS_LIST
         for x in (0.0, 0.25, 1.0):
@@ -259,8 +264,8 @@ def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
                 assert (component.call(10, *kind, low.I32(index), c.c_uint8(on)) == 0) == exists
             arrangement = low.U64()
             if media == 0:
-                told = plugin.processor.call(4, low.I32(direction), low.I32(index), c.addressof(arrangement))
-                assert (told == 0) == exists and arrangement.value.bit_count() == (bus.channels if exists else 0)
+                reported = plugin.processor.call(4, low.I32(direction), low.I32(index), c.addressof(arrangement))
+                assert (reported == 0) == exists and arrangement.value.bit_count() == (bus.channels if exists else 0)
     plugin.close()
 
 
@@ -268,15 +273,15 @@ def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
 def test_it_begins_and_ends_in_any_legal_order(bundle: Path) -> None:
     """Terminated and initialized again, prepared again without an end, with blocks longer than announced."""
     plugin = low.Plugin(bundle)
-    for rate, most in ((44100.0, 64), (96000.0, 1024), (48000.0, 32)):
+    for rate, maximum in ((44100.0, 64), (96000.0, 1024), (48000.0, 32)):
         for on in (0, 1, 0, 1):  # setActive, setProcessing
-            setup = low.Setup(low.REAL_TIME, 0, most, rate)
+            setup = low.Setup(low.REAL_TIME, 0, maximum, rate)
             if not on:
                 assert plugin.component.call(11, c.c_uint8(0)) == 0
                 assert plugin.processor.call(7, c.addressof(setup)) == 0
                 continue
             assert plugin.component.call(11, c.c_uint8(1)) == 0 == plugin.processor.call(8, c.c_uint8(1))
-            sound = plugin.block(2 * most, [low.note_on(40, 0.9, 1)])
+            sound = plugin.block(2 * maximum, [low.note_on(40, 0.9, 1)])
             assert_sound(sound)
             assert sound.any() and plugin.processor.call(8, c.c_uint8(0)) == 0
     for _ in range(2):

@@ -13,7 +13,7 @@ from support.picture import Host, library, shelf
 from support.plugins import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.plugin import clap
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import SLIDER_ROWS
@@ -37,10 +37,10 @@ def plugin(folder: Path) -> Iterator[Plugin]:
         yield made
 
 
-def rendered(file: Path | str) -> Floats:
+def render(file: Path | str) -> Floats:
     """The sound of a preset by `livebass render`."""
     sound = render_to_array(load_preset(file), SCORE, QUALITIES["live"], tail=0.1)
-    return mixed(sound.astype(np.float32))[:FRAMES]
+    return mix_strings(sound.astype(np.float32))[:FRAMES]
 
 
 def preset_of(values: dict[str, float], folder: Path) -> Path:
@@ -61,7 +61,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_it_sounds_as_the_preset_with_these_values(plugin: Plugin, tmp_path: Path, case: str) -> None:
     """Bit for bit."""
-    own, wanted = rendered(PRESET), rendered(preset_of(CASES[case], tmp_path))
+    own, wanted = render(PRESET), render(preset_of(CASES[case], tmp_path))
     for symbol, number in CASES[case].items():
         plugin.set(NUMBERS[symbol], number)
     plugin.activate()
@@ -80,7 +80,7 @@ def test_a_pages_link_in_a_plugin_sounds_as_a_render(plugin: Plugin, tmp_path: P
     host.close()
     plugin.activate()
     plugin.offline()
-    assert np.array_equal(plugin.play(SCORE, FRAMES), rendered(preset_of(values, tmp_path)))
+    assert np.array_equal(plugin.play(SCORE, FRAMES), render(preset_of(values, tmp_path)))
 
 
 def test_a_state_and_a_change_while_it_plays(plugin: Plugin, folder: Path) -> None:

@@ -33,9 +33,9 @@ from support.clap import (
     tuning,
     value,
 )
-from support.plugins import NO_THREADS, PRESETS, RATE, hard_score, helpers, mono, written
+from support.plugins import NO_THREADS, PRESETS, RATE, hard_score, helpers, mono, write_bundle
 from support.states import bass_of, read, with_fewer, without_instrument
-from support.states import written as state_written
+from support.states import state_of as state_written
 
 from livebass import QUALITIES, Instrument, __version__, load_preset
 from livebass.engine.engine import Engine
@@ -58,7 +58,7 @@ NO_HELPERS = "one core plays: threads of the plugin's own need real-time priorit
 
 @pytest.fixture(scope="module")
 def folder(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(clap, tmp_path_factory.mktemp("clap") / "livebass")
+    return write_bundle(clap, tmp_path_factory.mktemp("clap") / "livebass")
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def test_other_programs_bring_no_relief(folder: Path) -> None:
             while time.monotonic() < until:
                 plugin.block(128)
             other.kill()
-            assert not [value for number, value in plugin.told if number == OVERLOAD]
+            assert not [value for number, value in plugin.reported if number == OVERLOAD]
     finally:
         os.sched_setaffinity(0, cores)
 
@@ -152,11 +152,11 @@ def test_a_preset_has_every_value_as_its_bass_has_it(folder: Path) -> None:
     with closing(Plugin(folder, active=False)) as plugin:
         moved = [p for p in PARAMETERS if p.symbol not in ("bass", "cores")]
         for p in moved:
-            plugin.set(p.number, p.least if p.least != p.usual else p.most)
+            plugin.set(p.number, p.minimum if p.minimum != p.default else p.maximum)
         assert plugin.load_preset("slap")
         stay = {"quality", "running_ahead", "relief"}
-        other = {p.symbol for p in moved if plugin.value(p.number) != p.usual}
-        assert other == {p.symbol for p in moved if p.symbol in stay and plugin.value(p.number) != p.usual}
+        other = {p.symbol for p in moved if plugin.value(p.number) != p.default}
+        assert other == {p.symbol for p in moved if p.symbol in stay and plugin.value(p.number) != p.default}
         assert {"running_ahead", "relief"} <= other
 
 
@@ -209,9 +209,14 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     plugin.set(RELIEF, 1.0)
     assert [p.name.decode() for p in found] == [p.name for p in PARAMETERS]
     for wanted, p in zip(PARAMETERS, found, strict=True):
-        most = len(PRESETS) - 1 if wanted.symbol == "bass" else wanted.most
-        assert (p.least, p.most, p.usual, plugin.value(p.id)) == (wanted.least, most, wanted.usual, wanted.usual)
-        for given in (p.least, p.usual, p.most):
+        maximum = len(PRESETS) - 1 if wanted.symbol == "bass" else wanted.maximum
+        assert (p.minimum, p.maximum, p.default, plugin.value(p.id)) == (
+            wanted.minimum,
+            maximum,
+            wanted.default,
+            wanted.default,
+        )
+        for given in (p.minimum, p.default, p.maximum):
             text = plugin.text(p.id, given)
             read = plugin.value_of(p.id, text)
             assert read is not None
@@ -292,7 +297,7 @@ def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
         plugin.block(64, [midi(bytes([0xC0, program]))])
         assert plugin.value(BASS) == bass, program
         plugin.block(64)
-    assert [x for number, x in plugin.told if number == BASS] == [1, 3, 0]
+    assert [x for number, x in plugin.reported if number == BASS] == [1, 3, 0]
 
 
 def test_it_sleeps_when_no_string_moves(folder: Path) -> None:
@@ -422,18 +427,18 @@ def test_the_quality_follows_the_bass_until_it_is_moved(tmp_path: Path) -> None:
     clap.write_bundle(basses, tmp_path / "fine", qualities={"jazz-finger": "studio", "slap": "live"})
     assert (tmp_path / "fine" / "instruments.txt").read_text() == "jazz-finger studio\nslap\nfretless\n"
     plugin, other = Plugin(tmp_path / "fine"), Plugin(tmp_path / "plain")
-    assert plugin.value(QUALITY) == plugin.params()[QUALITY].usual == 1 and other.value(QUALITY) == 0
+    assert plugin.value(QUALITY) == plugin.params()[QUALITY].default == 1 and other.value(QUALITY) == 0
     score = hard_score(notes=3)
     sound = mono("jazz-finger", score, "studio")
-    assert np.array_equal(plugin.play(score, len(sound)), sound) and not plugin.told
+    assert np.array_equal(plugin.play(score, len(sound)), sound) and not plugin.reported
     state = plugin.save()
     assert other.load(state) and other.value(QUALITY) == 1, "the session has its own"
     plugin.block(64, [value(BASS, 1)])
-    assert plugin.value(QUALITY) == 0 and plugin.told == [(QUALITY, 0.0)]
+    assert plugin.value(QUALITY) == 0 and plugin.reported == [(QUALITY, 0.0)]
     plugin.set(QUALITY, 1)
     plugin.set(BASS, 2)
     plugin.block(64)
-    assert plugin.value(QUALITY) == 1 and len(plugin.told) == 1, "the user has moved it"
+    assert plugin.value(QUALITY) == 1 and len(plugin.reported) == 1, "the user has moved it"
     assert plugin.load(state) and (plugin.value(BASS), plugin.value(QUALITY)) == (0, 1)
     plugin.set(QUALITY, 0)
     assert other.load(plugin.save()) and plugin.load(other.save()) and plugin.value(QUALITY) == 0
@@ -447,14 +452,14 @@ def test_the_main_thread_changes_the_bass(plugin: Plugin) -> None:
     plugin.block(512, notes)
     for number, title in [(1, "Slap"), (3, "Fretless jazz bass"), (0, "Jazz bass, fingers")]:
         plugin.block(512, [value(BASS, number)])
-        assert plugin.asked == 1
+        assert plugin.requested == 1
         plugin.block(512)  # the old bass plays on
-        assert plugin.asked == 1
+        assert plugin.requested == 1
         for _ in range(40):
             plugin.work()
             assert np.isfinite(plugin.block(512, notes)).all()
         assert plugin.text(BASS, plugin.value(BASS)) == title
-    assert not plugin.logged and not plugin.asked
+    assert not plugin.logged and not plugin.requested
 
 
 def test_a_flood_of_values_of_what_the_bass_is_built_by_ends_as_its_last(folder: Path) -> None:
@@ -504,7 +509,7 @@ def test_the_hosts_threads_play_on_after_a_reset_and_another_bass(folder: Path) 
     for _ in range(2):
         plugin.tasks.clear()
         assert np.array_equal(plugin.play(score, RATE // 2), mono("jazz-finger", score)[: RATE // 2])
-        assert plugin.tasks and not plugin.asked and not helpers(), "none of the plugin's own besides"
+        assert plugin.tasks and not plugin.requested and not helpers(), "none of the plugin's own besides"
         plugin.plugin.reset(plugin.handle)
     plugin.set(BASS, 1)
     plugin.block(64)

@@ -17,7 +17,7 @@ from support.plugins import RATE, hard_score
 
 from livebass import QUALITIES, load_preset
 from livebass.engine.engine import Engine, single
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.files.whole import OutputError
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap, lv2, vst3
@@ -44,11 +44,11 @@ def plugin(folder: Path) -> Iterator[Plugin]:
         yield made
 
 
-def rendered(bass_name: str, values: dict[str, float] | None = None) -> tuple[Floats, float]:
+def render(bass_name: str, values: dict[str, float] | None = None) -> tuple[Floats, float]:
     """What `render` makes of a hard score with a bass or sound, and its gain (a factor)."""
     bass, out = load_preset(bass_name), []
     for strings, mix in Engine(bass, QUALITIES["live"], RATE).play_with_mix(hard_score(), 0.1):
-        out.append(mixed(single(strings)) if mix is None else mix)
+        out.append(mix_strings(single(strings)) if mix is None else mix)
     return np.concatenate(out), 10 ** (dict(bass.played).get("gain", 0.0) / 20)
 
 
@@ -65,7 +65,7 @@ def test_a_sound_plays_what_render_makes_of_it(plugin: Plugin, folder: Path, nam
     values = {p.symbol: plugin.value(p.number) for p in PARAMETERS}
     for symbol, value in sound_values(name).items():
         assert values[symbol] == pytest.approx(value)
-    wanted, gain = rendered(name)
+    wanted, gain = render(name)
     plugin.offline()
     plugin.activate()
     sound = plugin.play(hard_score(), len(wanted))
@@ -98,7 +98,7 @@ def test_lv2_hosts_get_them_as_presets() -> None:
             said = text.split(f"<{uri}#sound-{name}>")[1].split("state:state")[0]
             assert f'rdfs:label "{sound_title(name)}"' in said
             for p in PARAMETERS:
-                wanted = sound_values(name).get(p.symbol, p.usual)
+                wanted = sound_values(name).get(p.symbol, p.default)
                 if p.symbol not in ("bass", "quality"):
                     assert f'[ lv2:symbol "{p.symbol}" ; pset:value {wanted:g} ]' in said
 
@@ -106,7 +106,7 @@ def test_lv2_hosts_get_them_as_presets() -> None:
 def test_a_tuning_on_the_bench_sounds_as_render_makes_it(plugin: Plugin, tmp_path: Path) -> None:
     preset = tmp_path / "tuned.toml"
     preset.write_text('like = "jazz-finger"\n[bench]\nnamed_tuning = 3\nconcert_pitch = -8\n')
-    wanted, _ = rendered(str(preset))
+    wanted, _ = render(str(preset))
     for symbol, value in (("named_tuning", 3.0), ("concert_pitch", -8.0)):
         plugin.set(SLIDER_ROWS[symbol].parameter.number, value)
     plugin.offline()
@@ -142,7 +142,7 @@ def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle:
             state = data[at : at + size]
             assert data[8:40] == vst3.CLASSES[name].encode() and data[-20:-16] == b"Comp"
             with closing(Plugin(folder, active=False)) as other:
-                other.set(RELIEF, PARAMETERS[RELIEF].usual)  # the host of tests had set it
+                other.set(RELIEF, PARAMETERS[RELIEF].default)  # the host of tests had set it
                 assert other.load_sound(folder / SOUNDS / f"{file.stem}.toml")
                 wanted = other.save()
             assert plugin.load(state) and plugin.save() == wanted
@@ -160,7 +160,7 @@ def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) ->
     name = next(name for name in FACTORY if dict(load_preset(name).played).get("gain", 0.0) == 0.0)
     plugin.load_preset(str(tmp_path / "livebass" / f"{sound_title(name)}.vstpreset"))
     score = hard_score()
-    wanted, _ = rendered(name)
+    wanted, _ = render(name)
     n = len(wanted) - RATE // 20
     plugin.relief_under_overload = False
     notes = [

@@ -39,8 +39,8 @@ def test_a_session_keeps_what_was_learned(folder: Path) -> None:
         state = with_learned(plain, {20: TONE, 7: 0})
         assert plugin.load(state) and plugin.save() == state
         silent = plugin.block(4000, [midi(bytes([0xB0, 20, 127])), midi(bytes([0xB5, 7, 0])), note_on(40, 0.8)])
-        assert plugin.value(TONE) == 1 and plugin.value(0) == PARAMETERS[0].least and abs(silent[500:]).max() == 0
-        assert sorted(plugin.told) == [(0, PARAMETERS[0].least), (TONE, 1.0)]
+        assert plugin.value(TONE) == 1 and plugin.value(0) == PARAMETERS[0].minimum and abs(silent[500:]).max() == 0
+        assert sorted(plugin.reported) == [(0, PARAMETERS[0].minimum), (TONE, 1.0)]
         assert not plugin.load(state[:120] + b"?" + state[121:])
         assert plugin.load(plain) and plugin.save() == plain
         plugin.block(64, [midi(bytes([0xB0, 20, 0]))])

@@ -25,8 +25,8 @@ from support.needs import tool
 from support.plugins import NOTES, RATE
 
 from livebass import load_preset, score_of
-from livebass.engine.render import mixed
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.engine.render import mix_strings
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin.build import compiler
@@ -57,12 +57,12 @@ def plugin(bundle: Path) -> Iterator[Plugin]:
 
 def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
     """The stems of `livebass render --stems`, float32 (strings, n), without their faded end."""
-    return plugins.rendered(preset, score, gain=gain, tail=TAIL)
+    return plugins.render_preset(preset, score, gain=gain, tail=TAIL)
 
 
-def rendered(preset: str, score: Score, gain: float = 1.0) -> Floats:
+def render(preset: str, score: Score, gain: float = 1.0) -> Floats:
     """The sound of `livebass render`."""
-    return mixed(stems(preset, score, gain))
+    return mix_strings(stems(preset, score, gain))
 
 
 @functools.cache
@@ -70,7 +70,7 @@ def hard(preset: str, rate: int = RATE) -> tuple[Score, Floats]:
     """Hard notes on all strings, faster than they decay, and their rendered sound; a board takes long."""
     count = 2 if preset == "fretless" else len(NOTES) if rate == RATE else 4
     score = score_of(NOTES[:count], rate)
-    return score, rendered(preset, score)
+    return score, render(preset, score)
 
 
 def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -> dict[int, tuple[bytes, int]]:
@@ -84,7 +84,7 @@ def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -
     }
 
 
-def kept(plugin: Plugin) -> dict[int, tuple[bytes, int]]:
+def keep(plugin: Plugin) -> dict[int, tuple[bytes, int]]:
     """What a state says in the form of a preset."""
     return {key: value for key, value in plugin.save().items() if key in state_of(plugin, "")}
 
@@ -92,13 +92,13 @@ def kept(plugin: Plugin) -> dict[int, tuple[bytes, int]]:
 @pytest.mark.parametrize("preset", quick(["five-string", "six-string"], ["six-string"]))
 def test_five_and_six_strings_have_an_output_each(bundle: Path, preset: str) -> None:
     """The second plugin plays the stems of `render --stems`; their sum is the first plugin's sound bit for bit."""
-    plugin, score = Plugin(bundle, index=1, outputs=MOST_STRINGS), score_of(NOTES, RATE)
+    plugin, score = Plugin(bundle, index=1, outputs=MAX_STRINGS), score_of(NOTES, RATE)
     wanted = stems(preset, score)
     assert plugin.restore(state_of(plugin, preset)) == 0
     outs = plugin.play(score, wanted.shape[1], (300, 2000, 7))
     assert np.array_equal(outs[: len(wanted)], wanted)
     assert not outs[len(wanted) :].any()
-    assert np.array_equal(mixed(outs), hard(preset)[1])
+    assert np.array_equal(mix_strings(outs), hard(preset)[1])
     plugin.close()
 
 
@@ -162,15 +162,15 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
     wanted = wanted[: 3 * RATE // 4]
     for p in (p for p in PARAMETERS if event(p)):
         plugin.plugin.activate(plugin.handle)
-        usual = plugin.block(RATE // 2, NEEDED[p.symbol]) if p.symbol in NEEDED else wanted
-        plugin.controls[p.symbol].value = p.least if p.least else p.most
+        default = plugin.block(RATE // 2, NEEDED[p.symbol]) if p.symbol in NEEDED else wanted
+        plugin.controls[p.symbol].value = p.minimum if p.minimum else p.maximum
         plugin.plugin.activate(plugin.handle)
         changed = plugin.block(RATE // 2, NEEDED[p.symbol]) if p.symbol in NEEDED else plugin.play(score, len(wanted))
-        assert not np.array_equal(changed, usual), p.symbol
+        assert not np.array_equal(changed, default), p.symbol
         for value in (np.nan, np.inf, -np.inf, 1e30):
             plugin.controls[p.symbol].value = value
             assert np.isfinite(plugin.block(64)).all()
-        plugin.controls[p.symbol].value = p.usual
+        plugin.controls[p.symbol].value = p.default
         plugin.plugin.activate(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted) // 3), wanted[: len(wanted) // 3]), p.symbol
     for p in (p for p in PARAMETERS if not event(p) and p.symbol not in SLIDER_ROWS):
@@ -215,11 +215,11 @@ def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
     done = subprocess.run([tool("lv2_validate", "LV2"), *files], env=env, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and "Found 0 errors" in done.stdout + done.stderr, done.stdout + done.stderr
     for uri in (URI, STRINGS):
-        told = subprocess.run([tool("lv2info", "LV2"), uri], env=env, capture_output=True, text=True, timeout=60)
-        assert told.returncode == 0, told.stderr
+        reported = subprocess.run([tool("lv2info", "LV2"), uri], env=env, capture_output=True, text=True, timeout=60)
+        assert reported.returncode == 0, reported.stderr
         for word in (*(load_preset(name).name for name in PRESETS), 'My "own"', "Pluck position"):
-            assert word in told.stdout, word
-        assert re.search(r"Author:\s+livebass", told.stdout)
+            assert word in reported.stdout, word
+        assert re.search(r"Author:\s+livebass", reported.stdout)
 
 
 def test_a_host_runs_it(bundle: Path) -> None:
@@ -236,7 +236,7 @@ def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin) -> N
     """Studio quality and a seed too, in a plugin whose ports disagree."""
     assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) == 0
     state = plugin.save()
-    assert kept(plugin) == state_of(plugin, "slap", quality=1, seed=7)
+    assert keep(plugin) == state_of(plugin, "slap", quality=1, seed=7)
     other = Plugin(bundle)
     other.uris[:] = plugin.uris
     assert other.restore(state) == 0 and other.save() == state
@@ -267,8 +267,8 @@ def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> N
     basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
     write_bundle(basses, tmp_path / "livebass.lv2", qualities={"jazz-finger": "studio"})
     ports = (tmp_path / "livebass.lv2" / "livebass.ttl").read_text().split("lv2:index")
-    usual = [re.findall("lv2:default (.*?) ", port) for port in ports if 'lv2:symbol "quality"' in port]
-    assert usual == [["1"], ["1"]]
+    default = [re.findall("lv2:default (.*?) ", port) for port in ports if 'lv2:symbol "quality"' in port]
+    assert default == [["1"], ["1"]]
     presets = (tmp_path / "livebass.lv2" / "presets.ttl").read_text()
     by_bass = {"jazz-finger": "1", "slap": "0"}
     wanted = [*by_bass.values(), *by_bass.values()]  # mono, strings; then the factory sounds
@@ -283,7 +283,7 @@ def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> N
 def test_names_of_keys_follow_the_bass(tmp_path: Path) -> None:
     """Names of the playing bass, in a document under a name unique to this instance."""
     slap = load_preset("slap")
-    basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
+    basses = {"default": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
     write_bundle(basses, bundle := tmp_path / "livebass.lv2")
     plugin = Plugin(bundle)
     plugin.block(64)
@@ -296,9 +296,9 @@ def test_names_of_keys_follow_the_bass(tmp_path: Path) -> None:
         assert len(list(document.iter("AvailableChannel"))) == 16
         return {int(e.get("Number", -1)): e.get("Name", "") for e in document.iter("Note")}
 
-    usual = shown()
-    assert sorted(usual) == sorted(key for key, *_ in MODO.keys)
-    assert (usual[10], usual[12], usual[16]) == ("Ghost notes", "Hammer-on", "String E")
+    default = shown()
+    assert sorted(default) == sorted(key for key, *_ in MODO.keys)
+    assert (default[10], default[12], default[16]) == ("Ghost notes", "Hammer-on", "String E")
     plugin.controls["bass"].value = 1.0
     settle(plugin)
     plugin.block(64)
@@ -331,13 +331,13 @@ def test_a_restored_bass_stays_when_another_port_moves(plugin: Plugin) -> None:
     plugin.block(64)
     plugin.controls["quality"].value = 1.0
     settle(plugin)
-    assert kept(plugin) == state_of(plugin, "slap", quality=1)
+    assert keep(plugin) == state_of(plugin, "slap", quality=1)
     assert plugin.restore(state_of(plugin, "slap", quality=1)) == 0
     plugin.controls["quality"].value = 0.0
     plugin.block(64)
     plugin.controls["bass"].value = 2.0
     settle(plugin)
-    assert kept(plugin) == state_of(plugin, "paper-bass", quality=1)
+    assert keep(plugin) == state_of(plugin, "paper-bass", quality=1)
 
 
 @pytest.mark.parametrize("loaded", [False, True])
@@ -351,10 +351,10 @@ def test_a_late_worker_does_not_override_a_session(plugin: Plugin, loaded: bool)
         plugin.work()
     assert plugin.restore(state_of(plugin, "jazz-finger")) == 0
     settle(plugin)
-    assert kept(plugin) == state_of(plugin, "jazz-finger")
+    assert keep(plugin) == state_of(plugin, "jazz-finger")
     plugin.controls["bass"].value = 2.0
     settle(plugin)
-    assert kept(plugin) == state_of(plugin, "paper-bass")
+    assert keep(plugin) == state_of(plugin, "paper-bass")
 
 
 @pytest.mark.parametrize("restored", [False, True])
@@ -369,7 +369,7 @@ def test_a_job_that_the_host_drops_is_given_again_once_it_is_active(plugin: Plug
     plugin.plugin.deactivate(plugin.handle)
     plugin.plugin.activate(plugin.handle)
     settle(plugin)
-    assert kept(plugin) == state_of(plugin, "paper-bass")
+    assert keep(plugin) == state_of(plugin, "paper-bass")
 
 
 def settle(plugin: Plugin) -> None:
@@ -394,9 +394,9 @@ def test_a_state_whose_instrument_is_damaged_is_kept(tmp_path: Path) -> None:
     score, wanted = hard("jazz-finger")
     with closing(Plugin(copy)) as plugin:
         state = state_of(plugin, "slap", quality=1, seed=7)
-        assert plugin.restore(state) == 0 and kept(plugin) == state
+        assert plugin.restore(state) == 0 and keep(plugin) == state
         assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-        assert len(plugin.logged) == 1 and "slap.lbass" in plugin.logged[0] and kept(plugin) == state
+        assert len(plugin.logged) == 1 and "slap.lbass" in plugin.logged[0] and keep(plugin) == state
 
 
 def test_the_binary_is_small_and_exports_what_hosts_ask_for(bundle: Path) -> None:

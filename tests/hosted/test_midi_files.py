@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from support.choices import BASSES, RATES, Bass
 from support.picture import library
-from support.songs import damaged, made
+from support.songs import damaged, make
 
 from livebass.kernels.score.memory import PLAYED, PROGRAM
 from livebass.plugin.systems import this_system
@@ -25,7 +25,7 @@ from livebass.score.sentences import NO_BASS
 
 pytestmark = pytest.mark.skipif(this_system().ending != "so", reason="C by ctypes")
 FILES = 1250  # of each kind
-MOST_PARTS = 64
+MAX_PARTS = 64
 PLACE = Path("song.mid")
 
 
@@ -34,7 +34,7 @@ class Reading(c.Structure):
 
     _fields_ = [
         *((name, c.c_int64) for name in ("count", "end", "left_out", "raised", "parts")), ("line", c.c_char * 4096),
-        ("text", (c.c_char * 400) * MOST_PARTS),
+        ("text", (c.c_char * 400) * MAX_PARTS),
     ]  # fmt: skip
 
 
@@ -55,7 +55,7 @@ def in_c(data: bytes, rate: int, bass: Bass) -> tuple[str, list[Any]]:
     if not good:
         return line, []
     played = [row for row in rows[: found.count].tolist() if row[1] & 0xF0 != PROGRAM]
-    parts = [found.text[k].value.decode() for k in range(min(found.parts, MOST_PARTS))]
+    parts = [found.text[k].value.decode() for k in range(min(found.parts, MAX_PARTS))]
     return line, [played, found.end, found.left_out, found.raised, parts]
 
 
@@ -70,10 +70,10 @@ def in_python(data: bytes, rate: int, bass: Bass) -> tuple[str | Sequence[str], 
     remarks = [remark for remark in score.remarks if not remark.startswith("a text at ")]  # of a take's basses
     parts = [str(part) for part in parts_in(data, PLACE)]
     end = max(score.end_frame, score.file_end)
-    return remarks, [rows, end, played.left_out, played.raised, parts[:MOST_PARTS]]
+    return remarks, [rows, end, played.left_out, played.raised, parts[:MAX_PARTS]]
 
 
-def decoded(texts: Sequence[bytes]) -> list[str]:
+def decode(texts: Sequence[bytes]) -> list[str]:
     """The texts in UTF-8 or Latin-1."""
 
     def read(text: bytes) -> str:
@@ -86,9 +86,9 @@ def decoded(texts: Sequence[bytes]) -> list[str]:
 
 
 def test_thousands_of_files_give_what_they_give_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(smf, "decode", decoded)
+    monkeypatch.setattr(smf, "decode", decode)
     faults, plays, shifted = 0, 0, 0
-    for k, data in enumerate(file for seed in range(FILES) for file in (made(seed).data, damaged(seed))):
+    for k, data in enumerate(file for seed in range(FILES) for file in (make(seed).data, damaged(seed))):
         rate, bass = RATES[k % len(RATES)], BASSES[k % len(BASSES)]
         line, found = in_c(data, rate, bass)
         said, wanted = in_python(data, rate, bass)

@@ -12,7 +12,7 @@ from support.picture import library
 from livebass.plugin import names
 from livebass.plugin.systems import this_system
 from livebass.score import tracknames
-from livebass.score.smf import _shown
+from livebass.score.smf import _printable
 
 pytestmark = pytest.mark.skipif(this_system().ending != "so", reason="C by ctypes")
 PIECES = " ".join(
@@ -36,7 +36,7 @@ def read(data: bytes) -> tuple[int, str]:
 
 def wanted(name: str) -> int:
     """What it says to Python."""
-    has_bass = tracknames._found(tracknames.BASS_WORD, tracknames._plain(name)) is not None
+    has_bass = tracknames._first_word(tracknames.BASS_WORD, tracknames._plain(name)) is not None
     game = re.fullmatch(tracknames.GAME_TRACK, name) is not None
     return has_bass | tracknames.is_other(name) << 1 | tracknames.is_drums(name) << 2 | game << 3
 
@@ -48,7 +48,7 @@ def test_names_say_the_same_in_c_and_python() -> None:
     saying = set()
     for name in made:
         said, shown = read(name.encode())
-        assert (said, shown) == (wanted(_shown(name)), _shown(name)), name
+        assert (said, shown) == (wanted(_printable(name)), _printable(name)), name
         saying.add(said)
     assert {0, 1, 2, 3, 4, 5, 6, 8} <= saying | {8}
 
@@ -56,7 +56,7 @@ def test_names_say_the_same_in_c_and_python() -> None:
 def test_other_bytes_are_latin_1() -> None:
     assert read("Fl\u00fbte \u00e0 b\u00e9c".encode("latin-1"))[1] == "Fl\u00fbte \u00e0 b\u00e9c"
     for damaged in (b"bass\xc3", b"\xf5bass", b"\xed\xa0\x80 bass", b"\xc0\xaf bass", b"bass\xe2\x82"):
-        assert read(damaged) == (1, _shown(damaged.decode("latin-1")))
+        assert read(damaged) == (1, _printable(damaged.decode("latin-1")))
 
 
 def test_other_patterns_are_refused() -> None:

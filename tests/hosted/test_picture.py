@@ -97,7 +97,7 @@ def lane(picture: Picture, string: int, strings: int, x: Any) -> Any:
     return scale * MIDDLE - half * ((2 * string + 1) / strings - 1)
 
 
-def played(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
+def play(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
     """A look at one sounding string."""
     look = made_look()
     stop = float(look["place"][0, fret])
@@ -146,7 +146,7 @@ def height_of(picture: Picture, string: int, x: int) -> float:
 def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fret: int) -> None:
     """Magnified by ZOOM, from its stop to the saddle, over the neck at rest."""
     picture.draw()
-    look = played(string, fret, [1.2e-3, 0.0, -0.5e-3])
+    look = play(string, fret, [1.2e-3, 0.0, -0.5e-3])
     places, stop = look["place"][0, :21], float(look["place"][0, fret])
     dots = [(places[k - 1] + places[k]) / 2 for k in (3, 5, 7, 9, 12, 15, 17, 19)]
     columns = [x for x in range(70, 570) if min(abs(x + 0.5 - x_of(np.array([*places, *dots]), picture))) > 7]
@@ -172,7 +172,7 @@ def test_looks_in_between_are_a_blur(picture: Picture) -> None:
     picture.draw()
     rest = bright(picture.pixels)
     for amplitude in (-2e-3, 0.0, 2e-3):
-        picture.show(played(1, 0, [amplitude]))
+        picture.show(play(1, 0, [amplitude]))
     picture.draw()
     x, light = 300, bright(picture.pixels)
     middle = int(lane(picture, 1, 4, x))
@@ -281,7 +281,7 @@ def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
         assert number("technique") not in places
         p = PARAMETERS[number(symbol)]
         y, first, last = places[p.number]
-        before = picture.values[p.number] = p.most  # its knob is elsewhere
+        before = picture.values[p.number] = p.maximum  # its knob is elsewhere
         picture.point(PRESS, first, y)
         picture.point(MOVE, (first + last) / 2, y)
         picture.point(MOVE, first + part * (last - first), y + 100)
@@ -289,15 +289,15 @@ def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
         picture.point(MOVE, first, y)
         phases = [phase for _, _, phase in picture.sets]
         assert phases == [BEGIN, MOVED, MOVED, MOVED, END] and {k for k, *_ in picture.sets} == {p.number}
-        wanted = p.least + part * (p.most - p.least)
+        wanted = p.minimum + part * (p.maximum - p.minimum)
         values = [value for _, value, _ in picture.sets]
-        assert values[0] == before and values[1] == pytest.approx(p.least, abs=0.02 * (p.most - p.least))
-        assert abs(values[3] - wanted) <= 0.02 * (p.most - p.least) and values[4] == values[3]
+        assert values[0] == before and values[1] == pytest.approx(p.minimum, abs=0.02 * (p.maximum - p.minimum))
+        assert abs(values[3] - wanted) <= 0.02 * (p.maximum - p.minimum) and values[4] == values[3]
         assert not p.whole or values[3] == round(values[3])
         assert picture.draw() != (0, 0, 0, 0)
         picture.sets.clear()
         picture.point(DOUBLE, first + 9, y)
-        assert picture.sets == [(p.number, values[4], BEGIN), (p.number, p.usual, MOVED), (p.number, p.usual, END)]
+        assert picture.sets == [(p.number, values[4], BEGIN), (p.number, p.default, MOVED), (p.number, p.default, END)]
         picture.sets.clear()
 
 
@@ -403,7 +403,7 @@ def press(picture: Picture, x: float, y: float, modifiers: int = 0) -> None:
     picture.draw()
 
 
-def seen(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
+def view_of(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
     scale = round(picture.scale)
     return picture.pixels[y * scale : (y + h) * scale, x * scale : (x + w) * scale].copy()
 
@@ -424,15 +424,15 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
         press(picture, x * scale, y * scale, modifiers)
 
     picture.draw()
-    named = seen(picture, 155, 10, 180, 26)
+    named = view_of(picture, 155, 10, 180, 26)
     for gain in (-6.0, -3.0):
         host.set("gain", gain)
         click(*save_at)  # it asks for a name
         click(*save_at)
     assert sorted(file.name for file in own.iterdir()) == ["Slap 1.toml", "Slap 2.toml"]
-    assert (seen(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
+    assert (view_of(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
     picture.draw(seconds=10)
-    assert (seen(picture, 155, 10, 180, 26) == named).all()
+    assert (view_of(picture, 155, 10, 180, 26) == named).all()
     click(*title)
     column = 14 + ((width - 28) // 4 if width >= WIDTH else 2 * (width - 28) // 3) + 30
     first, second = (column, TOP + 4 + 24 + 11), (column, TOP + 4 + 48 + 11)
@@ -510,13 +510,13 @@ def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -
         (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
     picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
     picture.draw()
-    before = seen(picture, 0, 900, 1920, 180)
+    before = view_of(picture, 0, 900, 1920, 180)
     press(picture, 200, 23)
-    listed = seen(picture, 0, 78, 1920, 700)
-    assert np.array_equal(seen(picture, 0, 900, 1920, 180), before)
+    listed = view_of(picture, 0, 78, 1920, 700)
+    assert np.array_equal(view_of(picture, 0, 900, 1920, 180), before)
     picture.point(DOWN, 30, 88)
     picture.draw()
-    assert not np.array_equal(seen(picture, 0, 78, 1920, 700), listed)
+    assert not np.array_equal(view_of(picture, 0, 78, 1920, 700), listed)
     picture.close()
 
 
@@ -553,7 +553,7 @@ def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
             kind = chance.randrange(7)
             picture.point(kind, chance.uniform(-20, width + 20), chance.uniform(-20, height + 20), chance.randrange(16))
             if chance.random() < 0.5:
-                look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(20)])
+                look = play(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(20)])
                 look["string"]["light"] = chance.random()
                 picture.show(look)
             before = picture.pixels.copy()
@@ -568,7 +568,7 @@ def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
     for k, value, phase in picture.sets:
         p = PARAMETERS[k]
         held[k] = held.get(k, 0) + (phase == BEGIN) - (phase == END)
-        assert held[k] in (0, 1) and p.least <= value <= p.most
+        assert held[k] in (0, 1) and p.minimum <= value <= p.maximum
     assert not any(held.values())
 
 
@@ -599,7 +599,7 @@ def test_strips_leave_what_a_whole_picture_shows(picture: Picture) -> None:
     chance = random.Random(2)
     apart = 0
     for _ in range(12):
-        look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(8)])
+        look = play(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(8)])
         look["string"][0, 0]["light"][5] = chance.random() < 0.2
         for amplitude in (1.0, 0.1, 1.0, 1.0, 1.0):  # smaller, then the same until no blur is left
             look["string"]["sight"]["slot"]["u"] *= amplitude
@@ -619,7 +619,7 @@ def test_little_motion_is_drawn_half_as_often(picture: Picture) -> None:
     for amplitude, drawn in ((3e-3, 12), (1e-6, 6)):
         found = 0
         for k in range(12):
-            picture.show(played(1, 5, [amplitude * (1 + k % 3)]))
+            picture.show(play(1, 5, [amplitude * (1 + k % 3)]))
             found += picture.draw() != (0, 0, 0, 0)
         assert found == drawn
     picture.show(made_look())
@@ -860,14 +860,14 @@ def test_the_side_view_moves_with_the_bench(host: Host) -> None:
     picture = Picture(host, (1200, 800))
     picture.draw()
     picture.turn_to(BENCH)
-    before = seen(picture, 60, 60, 1000, 560)
+    before = view_of(picture, 60, 60, 1000, 560)
     for symbol, value in (("action", 1.0), ("neck_relief", 0.5), ("nut_height", 0.5), ("gauge", 20.0)):
         host.set(symbol, value)
         picture.draw()
-        assert (seen(picture, 60, 60, 1000, 560) != before).sum() > 300, symbol
+        assert (view_of(picture, 60, 60, 1000, 560) != before).sum() > 300, symbol
         host.set(symbol, 0.0)
         picture.draw()
-        assert np.array_equal(seen(picture, 60, 60, 1000, 560), before), symbol
+        assert np.array_equal(view_of(picture, 60, 60, 1000, 560), before), symbol
     picture.close()
 
 
@@ -918,13 +918,13 @@ def test_a_search_ends_with_the_first_found(host: Host) -> None:
     press(picture, *LISTED)
     assert picture.key("fretl\r") and host.value("bass") == 3 and not library().lb_wants_keys(picture.address)
     press(picture, *LISTED)
-    everything = seen(picture, 0, TOP, WIDTH, 150).copy()
+    everything = view_of(picture, 0, TOP, WIDTH, 150).copy()
     assert picture.key("xyzzy")
     picture.draw()
-    assert (seen(picture, 0, TOP, WIDTH, 150) != everything).sum() > 1000
+    assert (view_of(picture, 0, TOP, WIDTH, 150) != everything).sum() > 1000
     picture.key("\r")
     picture.draw()
-    assert np.array_equal(seen(picture, 0, TOP + 30, WIDTH, 120), everything[30:])
+    assert np.array_equal(view_of(picture, 0, TOP + 30, WIDTH, 120), everything[30:])
     picture.close()
 
 

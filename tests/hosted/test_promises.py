@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.hosts import FORMATS, HOSTS, PLACE, TUNING, VIBRATO, Event, Expression, Host
-from support.plugins import DAMAGES, NO_THREADS, PRESETS, RATE, hard_score, helpers, midi_score, mono, rendered
+from support.plugins import DAMAGES, NO_THREADS, PRESETS, RATE, hard_score, helpers, midi_score, mono, render_preset
 from support.scores import SWITCH_KEYS
 from support.states import bass_of, without_instrument
 from support.tabs import as_gp, hard_tab
 
 from livebass import load_preset, score_of
 from livebass.cli.hands import SOUND, Loader
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.model.keymap import MODO
 from livebass.plugin import bundle
@@ -30,7 +30,7 @@ from livebass.plugin.systems import SYSTEMS, this_system
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import PARAMETER_ROWS, PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 from livebass.score.reading import read_score
-from livebass.tab.reading import Asked, arranged
+from livebass.tab.reading import TabRequest, arrange
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
 JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS
@@ -131,7 +131,7 @@ def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
 
 @every_host
 def test_a_tablature_is_rendered_alike(host: Host, tmp_path: Path) -> None:
-    midi, _ = arranged(as_gp(hard_tab()), Path("song.gp"), Asked(), Loader(dict.fromkeys(SOUND))).exported()
+    midi, _ = arrange(as_gp(hard_tab()), Path("song.gp"), TabRequest(), Loader(dict.fromkeys(SOUND))).exported()
     (tmp_path / "song.mid").write_bytes(midi)
     score = read_score(tmp_path / "song.mid", RATE).on_one_bass()
     wanted = mono("jazz-finger", score)
@@ -147,22 +147,22 @@ def test_sliders_stop_where_strings_would_lie_on_the_neck(make: Any) -> None:
     lowest = host.play(PLAYED, 9600)
     assert sum("lie on the neck" in line for line in host.lines("")) <= 1
     if not isinstance(host, HOSTS["lv2"]):  # it cannot tell its host
-        told = [value for number, value in host.plugin.told if number == ACTION]
-        action = told[-1] * 5 - 2 if isinstance(host, HOSTS["vst3"]) else told[-1]
+        reported = [value for number, value in host.plugin.reported if number == ACTION]
+        action = reported[-1] * 5 - 2 if isinstance(host, HOSTS["vst3"]) else reported[-1]
         assert -2 < action < 0
         assert np.array_equal(make(offline=True).play(PLAYED, 9600, points=[(0, "action", action)]), lowest)
-    usual = make(offline=True).play(PLAYED, 9600)
-    assert np.isfinite(lowest).all() and not np.array_equal(lowest, usual)
+    default = make(offline=True).play(PLAYED, 9600)
+    assert np.isfinite(lowest).all() and not np.array_equal(lowest, default)
 
 
 @every_format
 def test_an_output_a_string(make: Any) -> None:
     """Its outputs are the stems of `render --stems`; their sum is the other plugin's sound."""
     host, score = make(apart=True), hard_score()
-    wanted = rendered("jazz-finger", score)
+    wanted = render_preset("jazz-finger", score)
     outs = host.play(score, wanted.shape[1], (300, 2000, 7))
     assert np.array_equal(outs[: len(wanted)], wanted) and not outs[len(wanted) :].any()
-    assert np.array_equal(mixed(outs), mono("jazz-finger", score))
+    assert np.array_equal(mix_strings(outs), mono("jazz-finger", score))
 
 
 @every_format
@@ -213,11 +213,11 @@ def test_held_notes_go_on_while_sliders_of_the_bench_move(make: Any) -> None:
     notes = [(0, on(28, 115)), (0, on(38, 115)), (RATE, off(38))]
     moves = [("action", -0.4), ("gauge", 8.0), ("pickup_place", 12.0)]
     points = [(12_288 + 1536 * k, moves[k % 3][0], moves[k % 3][1] * (1 - k / 15)) for k in range(30)]
-    usual, moved = (make(offline=True).play(notes, 2 * RATE, (512,), given) for given in ([], points))
-    assert np.array_equal(usual[:12_288], moved[:12_288]) and not np.array_equal(usual, moved)
-    levels = [[np.sqrt(np.mean(x[k * RATE // 4 :][: RATE // 4] ** 2)) for k in range(2, 8)] for x in (usual, moved)]
+    default, moved = (make(offline=True).play(notes, 2 * RATE, (512,), given) for given in ([], points))
+    assert np.array_equal(default[:12_288], moved[:12_288]) and not np.array_equal(default, moved)
+    levels = [[np.sqrt(np.mean(x[k * RATE // 4 :][: RATE // 4] ** 2)) for k in range(2, 8)] for x in (default, moved)]
     assert np.all(np.abs(20 * np.log10(np.array(levels[1]) / levels[0])) < 6.0), levels
-    assert np.abs(np.diff(moved[RATE // 4 :], 3)).max() < 1.5 * np.abs(np.diff(usual[RATE // 4 :], 3)).max()
+    assert np.abs(np.diff(moved[RATE // 4 :], 3)).max() < 1.5 * np.abs(np.diff(default[RATE // 4 :], 3)).max()
 
 
 # --- notes ---
@@ -331,12 +331,12 @@ def test_values_are_heard_at_their_frames(make: Any) -> None:
         points = [(7000 + 511 * k, symbol, x) for k, (symbol, x) in enumerate(values.items())]
         return make(offline=True).play(events, 3 * RATE // 4, sizes, points)  # type: ignore[no-any-return]
 
-    usual, together = played({}), played(VALUES)
+    default, together = played({}), played(VALUES)
     for sizes in ((32,), (1000, 1, 77)):
         assert np.array_equal(played(VALUES, sizes), together), sizes
     for symbol, x in VALUES.items():
         one = played({symbol: x})
-        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), symbol
+        assert np.array_equal(one[:7000], default[:7000]) and not np.array_equal(one, default), symbol
 
 
 @pytest.mark.parametrize("kind", ["clap", "clap-midi", "lv2"])
@@ -419,8 +419,8 @@ def test_what_plays_outlasts_sessions_and_resets(make: Any, kind: str) -> None:
     assert not np.array_equal(wanted, sound(make()))
     host.play([(0, on(KEYS["pick"])), (32, off(KEYS["pick"]))], 64, (64,), [(0, s, x) for s, x in HELD.items()])
     if kind != "lv2":
-        told = [value for number, value in host.plugin.told if number == NUMBERS["technique"]]
-        assert told == [PICKED / (POPS if kind == "vst3" else 1)]
+        reported = [value for number, value in host.plugin.reported if number == NUMBERS["technique"]]
+        assert reported == [PICKED / (POPS if kind == "vst3" else 1)]
     host.play([], 64, (64,))
     state = host.save()
     assert other.load(state) and np.array_equal(sound(other), wanted)
@@ -577,7 +577,7 @@ def test_bundles_of_ours_alone_are_replaced(kind: str, tmp_path: Path, monkeypat
 def test_threads_of_its_own_change_no_bit_and_end(make: Any, capfd: Any) -> None:
     """None while the host renders, and none while the plugin is off. The audio thread starts none: that may wait."""
     host, score = make(), hard_score(notes=4)
-    wanted, most = mono("jazz-finger", score), (os.cpu_count() or 1) - 1
+    wanted, maximum = mono("jazz-finger", score), (os.cpu_count() or 1) - 1
 
     def become(count: int) -> None:
         """Waits until there are so many."""
@@ -594,16 +594,16 @@ def test_threads_of_its_own_change_no_bit_and_end(make: Any, capfd: Any) -> None
 
     for cores in (2, 4, 1, 2):
         host.play([], 64, (64,), [(0, "cores", float(cores))])
-        become(min(cores - 1, most))
+        become(min(cores - 1, maximum))
         host.renew()
         assert np.array_equal(host.play(score, len(wanted), (64,)), wanted), cores
     for offline in (True, False):
         host.offline(offline)
-        become(0 if offline else min(1, most))
+        become(0 if offline else min(1, maximum))
     host.switch(False)
     assert helpers() == 0
     host.switch(True)
-    become(min(1, most))
+    become(min(1, maximum))
     host.close()
     assert helpers() == 0
     host.close = lambda: None

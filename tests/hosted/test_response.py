@@ -16,12 +16,12 @@ from support.clap import Plugin
 from support.hosts import FORMATS, HOSTS
 from support.picture import PRESS, RELEASE, Host, Picture, library, shelf
 from support.plugins import RATE
-from support.states import file_of, read, with_file, written
+from support.states import file_of, read, state_of, with_file
 
 from livebass import QUALITIES, load_preset, score_of
 from livebass.engine.engine import Engine, single
-from livebass.engine.image import sealed
-from livebass.engine.render import mixed
+from livebass.engine.image import seal
+from livebass.engine.render import mix_strings
 from livebass.plugin import clap, lv2, vst3
 from livebass.rows.arrays import Floats
 
@@ -71,15 +71,15 @@ def host(bundles: Path, own: Path) -> Iterator[Host]:
     made.close()
 
 
-def rendered(file: Path | str) -> Floats:
+def render(file: Path | str) -> Floats:
     """What `render` makes of the score."""
     out = []
     for strings, mix in Engine(load_preset(file), QUALITIES["live"], RATE).play_with_mix(SCORE, 0.1):
-        out.append(mixed(single(strings)) if mix is None else mix)
+        out.append(mix_strings(single(strings)) if mix is None else mix)
     return np.concatenate(out)[:FRAMES]
 
 
-def saved(host: Host, own: Path) -> Path:
+def save(host: Host, own: Path) -> Path:
     """The file of the host's sound."""
     name = host.save_sound()
     assert name
@@ -95,10 +95,10 @@ def take(host: Host, path: Path | str) -> str | None:
 def test_a_saved_sound_plays_its_response_as_render_does(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
     """Bit for bit; the sound has a copy of the file, which the first one is."""
     assert take(host, cabinet) is None
-    file = saved(host, own)
+    file = save(host, own)
     assert 'response = "responses/Old 15 inch.wav"' in file.read_text()
     assert [each.name for each in cabinet.parent.iterdir()] == [cabinet.name]
-    wanted, plain = rendered(file), rendered(BASS)
+    wanted, plain = render(file), render(BASS)
     with closing(Plugin(bundles / "livebass", active=False)) as plugin:
         assert plugin.load_sound(file)
         plugin.offline()
@@ -111,7 +111,7 @@ def test_sessions_of_clap_and_vst3_keep_the_samples(bundles: Path, host: Host, o
     """On a computer without the file, and a session without a response takes it away."""
     plain = host.save()
     assert take(host, cabinet) is None
-    state, wanted = host.save(), rendered(saved(host, own))
+    state, wanted = host.save(), render(save(host, own))
     for file in cabinet.parent.iterdir():
         file.unlink()
     with closing(Plugin(bundles / "livebass", active=False)) as plugin:
@@ -127,14 +127,14 @@ def test_sessions_of_clap_and_vst3_keep_the_samples(bundles: Path, host: Host, o
 
 def name_in(plugin: lv2host.Plugin) -> str:
     """The response's name, as a window hears it."""
-    told = dict(plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())]))
-    return (told | dict(plugin.send([])))[RESPONSE].partition(b"\0")[0].decode()
+    reported = dict(plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())]))
+    return (reported | dict(plugin.send([])))[RESPONSE].partition(b"\0")[0].decode()
 
 
 def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
     """The worker reads the file that a window names; the window hears the name. An earlier one needs no file."""
     assert take(host, cabinet) is None
-    wanted = rendered(saved(host, own))
+    wanted = render(save(host, own))
     with closing(lv2host.Plugin(bundles / "livebass.lv2")) as plugin:
         plugin.send([(RESPONSE, f"{cabinet}\0".encode())])
         plugin.work()
@@ -155,8 +155,8 @@ def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path
         cabinet.parent.mkdir(exist_ok=True)
         undo, new = f":{cabinet.stem}", cabinet.with_name("New.wav")
         soundfile.write(new, [0.5, 0.25], 48000)
-        for asked, name in ((undo, cabinet.stem), (new, "New"), (":Old", "New"), (undo, cabinet.stem), ("", "")):
-            plugin.send([(RESPONSE, f"{asked}\0".encode())])
+        for requested, name in ((undo, cabinet.stem), (new, "New"), (":Old", "New"), (undo, cabinet.stem), ("", "")):
+            plugin.send([(RESPONSE, f"{requested}\0".encode())])
             plugin.work()
             assert name_in(plugin) == name
         plugin.send([(RESPONSE, f"{undo}\0".encode())])
@@ -169,7 +169,7 @@ def test_undo_brings_back_the_response_before(host: Host, own: Path, cabinet: Pa
     """Of a session, without its file, or none; after a choice, a sound and a pasted text; values alone leave it."""
     before = host.save()
     assert take(host, cabinet) is None
-    state, sound = host.save(), saved(host, own).read_text()
+    state, sound = host.save(), save(host, own).read_text()
     library().lb_undo(host.address)
     assert host.save() == before
     assert host.load(state) and host.sounds()
@@ -233,7 +233,7 @@ def damaged_bytes(whole: bytes, rng: np.random.Generator, way: int) -> bytes:
     name = str(rng.choice(list(section)))
     wild = ("nan", "-1e300", "1e9", "0", "", '"', "]", "=", '"' + 5000 * "A" + '"', "9" * 400, section[name][:-3])
     section[name if rng.random() < 0.8 else "what_is_this"] = str(rng.choice(wild))
-    return written(words)
+    return state_of(words)
 
 
 def damaged_values(whole: dict[int, tuple[bytes, int]], rng: np.random.Generator, way: int) -> Any:
@@ -280,7 +280,7 @@ def test_a_session_cannot_name_a_file_elsewhere(host: Host, cabinet: Path, name:
     state = host.save()
     response = bytearray(file_of(state, "response")[:-8])
     response[NAME : NAME + 64] = name.encode().ljust(64, b"\0")
-    assert bool(host.load(with_file(state, "response", sealed(bytes(response))))) == good
+    assert bool(host.load(with_file(state, "response", seal(bytes(response))))) == good
 
 
 FAULTS = {
@@ -308,7 +308,7 @@ def test_kinds_of_files_are_read_as_livebass_reads_them(host: Host, own: Path, t
     assert take(host, f"file://{str(file).replace(' ', '%20')}\r\n") is None
     read, _ = soundfile.read(file)
     file.unlink()
-    saved(host, own)
+    save(host, own)
     copy, rate = soundfile.read(file)
     end = len(copy)
     assert rate == 48000 and np.array_equal(copy, read[:end].astype(np.float32)) and np.abs(read[end:]).sum() < 1e-5
@@ -316,7 +316,7 @@ def test_kinds_of_files_are_read_as_livebass_reads_them(host: Host, own: Path, t
 
 def test_a_sound_without_its_file_is_refused(host: Host, own: Path, cabinet: Path) -> None:
     assert take(host, cabinet) is None
-    file = saved(host, own)
+    file = save(host, own)
     cabinet.unlink()
     before = host.save()
     assert host.sounds() and not library().lb_load_sound(host.address, 0) and host.save() == before

@@ -15,7 +15,7 @@ from support.hosts import FORMATS, HOSTS, Host
 from support.kept_files import FRAMES, NOTES, settle
 from support.picture import Host as Inner
 from support.picture import library, shelf
-from support.states import bass_of, file_of, read, with_file, without_instrument, written
+from support.states import bass_of, file_of, read, state_of, with_file, without_instrument
 
 from livebass import __version__, load_preset
 from livebass.live.parameters import PARAMETERS
@@ -29,7 +29,7 @@ MOVED = {"technique": float(PICKED), "action": LOWERED, "named_tuning": 3.0, "to
 every_format = pytest.mark.parametrize("kind", FORMATS)
 
 
-def changed(bass: Instrument) -> Instrument:
+def change(bass: Instrument) -> Instrument:
     """A preset whose neck, string and player have been worked on since."""
     necks = tuple(replace(neck, friction=0.5 * neck.friction) for neck in bass.necks)
     strings = tuple(replace(string, thermoelastic=2 * string.thermoelastic) for string in bass.strings)
@@ -48,7 +48,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Pa
     jazz, slap = load_preset("jazz-finger"), load_preset("slap")
     shelves = {
         "as it was": {"jazz-finger": jazz, "slap": slap},
-        "changed": {"jazz-finger": jazz, "slap": changed(slap)},
+        "changed": {"jazz-finger": jazz, "slap": change(slap)},
         "gone": {"jazz-finger": jazz},
     }
     return {
@@ -84,7 +84,7 @@ def set_up(host: Host, kind: str, bass: float = 1.0) -> None:
     settle(host, [(0, symbol, value) for symbol, value in MOVED.items()])
 
 
-def restored(host: Host, kind: str, state: Any) -> Host:
+def restore(host: Host, kind: str, state: Any) -> Host:
     assert host.load(state)
     if kind == "lv2":
         host.play([], 64, (64,), [(0, symbol, value) for symbol, value in MOVED.items()])
@@ -98,10 +98,10 @@ def test_it_plays_as_saved_although_the_preset_has_changed(host_of: Any, kind: s
     old = host_of(kind, "as it was")
     set_up(old, kind)
     wanted, state = sound(old), old.save()
-    new = restored(host_of(kind, what), kind, state)
+    new = restore(host_of(kind, what), kind, state)
     assert np.array_equal(sound(new), wanted)
     again = new.save()
-    assert np.array_equal(sound(restored(host_of(kind, "as it was"), kind, again)), wanted)
+    assert np.array_equal(sound(restore(host_of(kind, "as it was"), kind, again)), wanted)
     fresh = host_of(kind, what)
     set_up(fresh, kind, float(what == "changed"))
     assert not np.array_equal(sound(fresh), wanted)
@@ -112,16 +112,16 @@ def test_one_click_takes_the_new_bass_in_lv2(host_of: Any) -> None:
     old = host_of("lv2", "as it was")
     set_up(old, "lv2")
     state = old.save()
-    fresh, new = host_of("lv2", "changed"), restored(host_of("lv2", "changed"), "lv2", state)
+    fresh, new = host_of("lv2", "changed"), restore(host_of("lv2", "changed"), "lv2", state)
     set_up(fresh, "lv2")
     wanted = sound(fresh)
-    assert not np.array_equal(sound(new), wanted) and reported(new) == 1
+    assert not np.array_equal(sound(new), wanted) and reports_kept(new) == 1
     new.plugin.send([("urn:livebass:bass#update", np.int32(1).tobytes())])
     new.work()
-    assert reported(new) == 0 and np.array_equal(sound(new), wanted)
+    assert reports_kept(new) == 0 and np.array_equal(sound(new), wanted)
 
 
-def reported(host: Any) -> int | None:
+def reports_kept(host: Any) -> int | None:
     """What the plugin tells a window that asks: whether a kept bass plays."""
     found = host.plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())])
     for _ in range(4):
@@ -161,7 +161,7 @@ def test_one_click_takes_the_new_bass_and_undo_the_saved_one(inner: Any) -> None
     assert title(new) == "Slap (as saved)" and library().host_is_kept(new.address)
     library().host_update(new.address)
     assert title(new) == "Slap" and not library().host_is_kept(new.address)
-    assert file_of(new.save(), "instrument") == instrument_file(changed(load_preset("slap")))
+    assert file_of(new.save(), "instrument") == instrument_file(change(load_preset("slap")))
     library().lb_undo(new.address)
     assert title(new) == "Slap (as saved)" and new.save() == state
     new.set("bass", 0.0)
@@ -205,7 +205,7 @@ def test_unknown_words_are_kept_and_reported(plain: Inner, capfd: pytest.Capture
     words["processor"]["threads"] = "7"
     words["controllers"] = {"21": '"growl"', "22": '"tone"'}
     words["amplifier"] = {"bright": "1", "cabinet": '"8 x 10"'}
-    state = written(words)
+    state = state_of(words)
     capfd.readouterr()
     assert plain.load(state)
     said = capfd.readouterr().err.splitlines()
@@ -218,7 +218,7 @@ def without_unknown(state: bytes) -> bytes:
     words = read(state)
     del words["amplifier"], words["controllers"]["21"], words[""]["mood"], words["processor"]["threads"]
     del words["A"]["growl"], words["B"]["growl"]
-    return written(words)
+    return state_of(words)
 
 
 def test_missing_words_have_their_defaults(plain: Inner) -> None:
@@ -226,14 +226,14 @@ def test_missing_words_have_their_defaults(plain: Inner) -> None:
     del words["A"]["tone"], words["processor"]["cores"], words[""]["seed"], words["B"]
     plain.set("tone", 0.75)
     plain.set("cores", 3.0)
-    assert plain.load(written(words)) and plain.value("tone") == 0 and plain.value("cores") == 1
+    assert plain.load(state_of(words)) and plain.value("tone") == 0 and plain.value("cores") == 1
 
 
 def test_values_beyond_their_limits_are_held_there_with_a_word(plain: Inner, capfd: pytest.CaptureFixture[str]) -> None:
     words = read(plain.save())
     words["A"] |= {"tone": "1e9", "gain": "-1e300", "action": "0.123456"}
     capfd.readouterr()
-    assert plain.load(written(words))
+    assert plain.load(state_of(words))
     (said,) = capfd.readouterr().err.splitlines()
     assert said.endswith("held within the limits: gain, tone, action")
     assert (plain.value("tone"), plain.value("action")) == (1, 0.12)
@@ -255,7 +255,7 @@ def test_a_later_version_has_inserted_and_renamed_parameters(plain: Inner, other
     other.set(another_version.EXTRA, 0.75)
     assert other.load(plain.save())
     found = {symbol: other.value("string_age" if symbol == "wear" else symbol) for symbol in values}
-    assert found == values and other.value(another_version.EXTRA) == MORE.usual
+    assert found == values and other.value(another_version.EXTRA) == MORE.default
     assert set(read(other.save())["A"]) == set(read(plain.save())["A"]) - {"wear"} | {"string_age", "growl"}
 
 
@@ -282,7 +282,7 @@ def test_a_later_format_is_refused_by_the_version_that_made_it(host_of: Any, kin
     else:
         words = read(state)
         words[""] |= {"format": "2", "made": '"9.1"'}
-        state = written(words)
+        state = state_of(words)
     capfd.readouterr()
     assert not host.load(state) and host.save() == before
     (said,) = host.lines(capfd.readouterr().err)[-1:]

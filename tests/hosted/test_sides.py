@@ -13,9 +13,9 @@ import pytest
 from support import lv2, vst3
 from support.clap import Plugin
 from support.picture import Host, library, number, shelf
-from support.plugins import written
+from support.plugins import write_bundle
 from support.states import read, with_fewer, with_sides
-from support.states import written as state_written
+from support.states import state_of as state_written
 
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap
@@ -106,7 +106,7 @@ def test_an_older_plugin_with_fewer_parameters_may_have_had_sides(host: Host) ->
 def test_values_of_a_side_are_held_within_their_limits(host: Host) -> None:
     assert host.load(with_sides(host.save(), 0, {GAIN: 1e9, QUALITY: 1.0}))
     library().lb_swap_sides(host.address)
-    assert host.value("gain") == PARAMETERS[GAIN].most and host.value("quality") == 0
+    assert host.value("gain") == PARAMETERS[GAIN].maximum and host.value("quality") == 0
 
 
 # --- in hosts ---
@@ -118,7 +118,7 @@ def test_values_of_a_side_are_held_within_their_limits(host: Host) -> None:
     ids=["clap", "vst3"],
 )
 def test_clap_and_vst3_keep_them(tmp_path: Path, module: Any, name: str, host: Any) -> None:
-    with closing(host(written(module, tmp_path / name))) as plugin:
+    with closing(host(write_bundle(module, tmp_path / name))) as plugin:
         plain = plugin.save()
         state = with_sides(plain, 1, {GAIN: -6.0})
         assert plugin.load(state) and plugin.save() == state
@@ -128,11 +128,11 @@ def test_clap_and_vst3_keep_them(tmp_path: Path, module: Any, name: str, host: A
 
 def test_lv2_keeps_what_its_window_says_of_them(tmp_path: Path) -> None:
     """By name, and only values off their defaults; a window that asks gets them."""
-    bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
+    bundle = write_bundle(lv2_plugin, tmp_path / "livebass.lv2")
     with closing(lv2.Plugin(bundle)) as plugin, closing(lv2.Plugin(bundle)) as other:
         other.uris = plugin.uris
         plain = plugin.save()
-        aside = [p.usual for p in PARAMETERS]
+        aside = [p.default for p in PARAMETERS]
         aside[TONE], aside[number("action")] = -0.5, 0.25
         sides = struct.pack(f"<q{len(aside)}d", 1, *aside)
         plugin.send([("urn:livebass:bass#sides", sides)])

@@ -18,7 +18,7 @@ from support.states import bass_of, without_instrument
 
 from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
-from livebass.model.bench import changed
+from livebass.model.bench import change_bass
 from livebass.plugin import clap
 from livebass.plugin.instrument import instrument_file, write_instrument
 
@@ -50,7 +50,9 @@ def host(folder: Path, own: Path) -> Iterator[Host]:
 
 def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Host, folder: Path, own: Path) -> None:
     changed = {
-        p.symbol: (p.least if p.least != p.usual else p.most) for p in PARAMETERS if p.symbol not in ("bass", "cores")
+        p.symbol: (p.minimum if p.minimum != p.default else p.maximum)
+        for p in PARAMETERS
+        if p.symbol not in ("bass", "cores")
     }
     for symbol, value in {**changed, "bass": 1.0}.items():
         host.set(symbol, value)
@@ -120,7 +122,7 @@ def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: 
     name = host.save_sound()
     file, rest = own / f"{name}{ENDING}", "action = -0.9\ngauge = 10\nfret = 7\n\n[plugin]\ngain = -6.5\n"
     assert file.read_text().endswith(f'like = "five-string"\n\n[bench]\n{rest}')
-    bass, wanted = load_preset(file), changed(load_preset("five-string"), {"action": -0.9, "gauge": 10.0})
+    bass, wanted = load_preset(file), change_bass(load_preset("five-string"), {"action": -0.9, "gauge": 10.0})
     assert instrument_file(bass) == instrument_file(wanted) != instrument_file(load_preset("five-string"))
     file.write_text('# mine\r\nlike="../basses/slap.toml" # a "path"\n[bench]\n wear = +25.50\n[plugin]\ntone=-.5')
     assert host.sounds() == [name] and library().lb_load_sound(host.address, 0)
@@ -149,7 +151,7 @@ def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, flo
     assert library().lb_take_text(host.address, link.encode()) is None
     for p in PARAMETERS:
         if p.symbol not in OF_NO_SOUND or p.symbol in values:
-            assert host.value(p.symbol) == values.get(p.symbol, p.usual), p.symbol
+            assert host.value(p.symbol) == values.get(p.symbol, p.default), p.symbol
     library().lb_undo(host.address)
     assert host.save() == before
 

@@ -15,7 +15,7 @@ import pytest
 from support import states
 from support import vst3 as low
 from support.needs import pedalboard
-from support.plugins import PRESETS, RATE, hard_score, midi_score, mono, written
+from support.plugins import PRESETS, RATE, hard_score, midi_score, mono, write_bundle
 
 from livebass import load_preset
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
@@ -34,15 +34,15 @@ ACTION = next(p.number for p in PARAMETERS if p.symbol == "action")
 
 @pytest.fixture(scope="module")
 def bundle(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(vst3, tmp_path_factory.mktemp("vst3") / "livebass.vst3")
+    return write_bundle(vst3, tmp_path_factory.mktemp("vst3") / "livebass.vst3")
 
 
 @pytest.fixture
 def plugin(bundle: Path) -> Any:
-    return loaded(bundle)
+    return load(bundle)
 
 
-def loaded(bundle: Path, name: str = MONO) -> Any:
+def load(bundle: Path, name: str = MONO) -> Any:
     """One plugin of a bundle in the host, which waits for a while until it hears middle C."""
     made = pedalboard().load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
     made.relief_under_overload = False  # tests do not run in real time
@@ -93,9 +93,9 @@ def test_key_switches_are_names_of_pitches_too(bundle: Path, tmp_path: Path) -> 
     other = replace(slap, player=replace(slap.player, keys=MODO_12))
     vst3.write_bundle({"jazz-finger": load_preset("jazz-finger"), "slap": other}, tmp_path / "livebass.vst3")
     plugin = low.Plugin(tmp_path / "livebass.vst3")
-    usual, second = ({key for key, *_ in keys.keys} for keys in (MODO, MODO_12))
+    default, second = ({key for key, *_ in keys.keys} for keys in (MODO, MODO_12))
     found = plugin.switches()
-    assert set(found) == usual and (found[10], found[12], found[16]) == ("Ghost notes", "Hammer-on", "String E")
+    assert set(found) == default and (found[10], found[12], found[16]) == ("Ghost notes", "Hammer-on", "String E")
     names = [plugin.pitches_called(program) for program in range(2)]
     assert names[0] == found and set(names[1]) == second and names[1][32] == "Stop on release"
     plugin.block(64, points=[(BASS, 0, 1.0)])
@@ -106,29 +106,29 @@ def test_key_switches_are_names_of_pitches_too(bundle: Path, tmp_path: Path) -> 
 def test_the_host_is_told_of_other_key_switches(bundle: Path, tmp_path: Path) -> None:
     """Once per bass, in its own thread, when the switches are already the new bass's."""
     slap = load_preset("slap")
-    basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
+    basses = {"default": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
     vst3.write_bundle(basses, tmp_path / "livebass.vst3")
     plugin = low.Plugin(tmp_path / "livebass.vst3")
-    told, here = low.Handler(plugin), (low.SWITCHES_CHANGED, threading.get_ident())
+    reported, here = low.Handler(plugin), (low.SWITCHES_CHANGED, threading.get_ident())
     values = (low.VALUES_CHANGED, here[1])
     names = [plugin.pitches_called(program) for program in range(2)]
     first = plugin.save()
     for active in (True, False):
         plugin.set(BASS, 1.0)
-        assert told.restarts.pop() == here and plugin.switches() == names[1]
+        assert reported.restarts.pop() == here and plugin.switches() == names[1]
         plugin.set(BASS, 1.0)
         plugin.set(0, 0.5)
-        assert plugin.load(plugin.save()) and told.restarts.pop() == values
+        assert plugin.load(plugin.save()) and reported.restarts.pop() == values
         assert plugin.load(first)
-        assert told.restarts.pop() == here and told.restarts.pop() == values and plugin.switches() == names[0]
+        assert reported.restarts.pop() == here and reported.restarts.pop() == values and plugin.switches() == names[0]
         if active:
             plugin.block(64, points=[(BASS, 0, 1.0)])
-            assert not told.restarts, "the audio thread is none for that"
+            assert not reported.restarts, "the audio thread is none for that"
             plugin.set(BASS, 1.0)
-            assert told.restarts.pop() == here
-            assert plugin.load(first) and told.restarts.pop() == here and told.restarts.pop() == values
+            assert reported.restarts.pop() == here
+            assert plugin.load(first) and reported.restarts.pop() == here and reported.restarts.pop() == values
             assert plugin.component.call(11, c_uint8(0)) == 0
-    assert not told.restarts and not told.edits
+    assert not reported.restarts and not reported.edits
     plugin.close()
 
 
@@ -139,7 +139,7 @@ def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, mon
     copy = tmp_path / "livebass.vst3"
     names = ("paper-g", "slap", "muted", "jazz-finger", "five-string", "drop-d")
     vst3.write_bundle({name: load_preset(name) for name in names}, copy)
-    other = loaded(copy)
+    other = load(copy)
     other.raw_state = plugin.raw_state
     tones = [p.parameters["tone"].raw_value for p in (plugin, other)]
     assert other.bass == "Slap" and tones[0] == tones[1] != 0.5
@@ -153,7 +153,7 @@ def test_a_session_in_a_host_made_with_juce_plays_as_before(bundle: Path, plugin
     plugin.stroke, plugin.palm_mute, plugin.action = "pick", "50 %", "1.40 mm at fret 12"
     wanted, state = play(plugin, score, 9600), plugin.raw_state
     assert not np.array_equal(wanted, plain)
-    other = loaded(bundle)
+    other = load(bundle)
     for kept, sound in ((state, wanted), (own, plain)):
         other.raw_state = kept
         assert np.array_equal(play(other, score, 9600), sound)
@@ -206,17 +206,17 @@ def test_offline_it_plays_what_it_plays_in_real_time(bundle: Path) -> None:
 
     def played(mode: int) -> tuple[Floats, list[tuple[int, float]]]:
         plugin = low.Plugin(bundle, low.STRINGS, mode, relief=True)
-        assert plugin.usual(low.RELIEF) == 1.0
+        assert plugin.default(low.RELIEF) == 1.0
         out = np.concatenate([plugin.block(4096, score if k == 0 else ()) for k in range(4)], axis=-1)
         plugin.close()
-        return out, plugin.told
+        return out, plugin.reported
 
-    wanted, told = played(low.OFFLINE)
-    assert wanted.any() and not told
-    until, found, told = time.monotonic() + 30, *played(low.REAL_TIME)
-    while told and time.monotonic() < until:  # wait for a busy machine
-        found, told = played(low.REAL_TIME)
-    assert not told and np.array_equal(found, wanted)
+    wanted, reported = played(low.OFFLINE)
+    assert wanted.any() and not reported
+    until, found, reported = time.monotonic() + 30, *played(low.REAL_TIME)
+    while reported and time.monotonic() < until:  # wait for a busy machine
+        found, reported = played(low.REAL_TIME)
+    assert not reported and np.array_equal(found, wanted)
 
 
 def test_overload_is_told_by_a_parameter_that_cannot_be_set(bundle: Path) -> None:
@@ -226,19 +226,19 @@ def test_overload_is_told_by_a_parameter_that_cannot_be_set(bundle: Path) -> Non
     info = offline.parameters()[OVERLOAD]
     assert (info.flags, info.steps, low.wide(info.title)) == (low.IS_READ_ONLY, 8, "Overload")
     assert list(offline.parameters())[-1] == OVERLOAD
-    assert [offline.text(OVERLOAD, k / 8) for k in (0, 1, 8)] == ["0", "1", "8"] and offline.usual(OVERLOAD) == 0.0
+    assert [offline.text(OVERLOAD, k / 8) for k in (0, 1, 8)] == ["0", "1", "8"] and offline.default(OVERLOAD) == 0.0
     for _ in range(20):
         offline.block(1, chord)
-    assert not offline.told
+    assert not offline.reported
     offline.close()
     plugin = low.Plugin(bundle, relief=True)
     for _ in range(20):
         plugin.block(1, chord)
-    assert plugin.told[0] == (OVERLOAD, 1 / 8)
+    assert plugin.reported[0] == (OVERLOAD, 1 / 8)
     until = time.monotonic() + 30
-    while plugin.told[-1][1] and time.monotonic() < until:
+    while plugin.reported[-1][1] and time.monotonic() < until:
         plugin.block(4096)
-    assert plugin.told[-1] == (OVERLOAD, 0.0)
+    assert plugin.reported[-1] == (OVERLOAD, 0.0)
     plugin.close()
 
 
@@ -298,10 +298,10 @@ def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
         return out
 
     plugin = low.Plugin(bundle)
-    usual = {number: plugin.usual(CONTROLLERS + number) for number in (VOLUME, EXPRESSION, SUSTAIN, BEND)}
+    default = {number: plugin.default(CONTROLLERS + number) for number in (VOLUME, EXPRESSION, SUSTAIN, BEND)}
     plugin.close()
-    assert usual == {VOLUME: 1.0, EXPRESSION: 1.0, SUSTAIN: 0.0, BEND: 0.5}
-    assert np.array_equal(played([(CONTROLLERS + k, 0, x) for k, x in usual.items()]), played([]))
+    assert default == {VOLUME: 1.0, EXPRESSION: 1.0, SUSTAIN: 0.0, BEND: 0.5}
+    assert np.array_equal(played([(CONTROLLERS + k, 0, x) for k, x in default.items()]), played([]))
 
 
 @pytest.mark.parametrize(
@@ -319,11 +319,11 @@ def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, 
         return out
 
     plain = played(-1)
-    most = 0.05 * np.abs(plain).max() if number == SUSTAIN else 0.0  # strings answer while a pedal is down
+    maximum = 0.05 * np.abs(plain).max() if number == SUSTAIN else 0.0  # strings answer while a pedal is down
     for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
         sound = played(channel)
-        assert np.abs(sound[other] - plain[other]).max() <= most and not np.array_equal(sound[moved], plain[moved])
-    assert all(np.abs(played(c)[1:3] - plain[1:3]).max() <= most for c in (0, 15))  # the first has the bass's floor
+        assert np.abs(sound[other] - plain[other]).max() <= maximum and not np.array_equal(sound[moved], plain[moved])
+    assert all(np.abs(played(c)[1:3] - plain[1:3]).max() <= maximum for c in (0, 15))  # the first has the bass's floor
 
 
 def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) -> None:
@@ -346,7 +346,10 @@ def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) 
         2047,
     ]
     assert ids[1, 0] == 3128 and ids[15, 127] == 5047
-    assert known[ids[7, VOLUME]].usual == known[ids[7, EXPRESSION]].usual == 1.0 and known[ids[7, SUSTAIN]].usual == 0.0
+    assert (
+        known[ids[7, VOLUME]].default == known[ids[7, EXPRESSION]].default == 1.0
+        and known[ids[7, SUSTAIN]].default == 0.0
+    )
 
 
 def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:
@@ -382,22 +385,22 @@ def test_the_host_hears_of_the_quality_that_follows_the_bass(tmp_path: Path) -> 
     basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
     vst3.write_bundle(basses, tmp_path / "livebass.vst3", qualities={"jazz-finger": "studio"})
     plugin = low.Plugin(tmp_path / "livebass.vst3")
-    assert plugin.usual(QUALITY) == 1
+    assert plugin.default(QUALITY) == 1
     plugin.block(64)
-    assert not plugin.told
+    assert not plugin.reported
     plugin.block(64, points=[(BASS, 0, 1.0)])
     plugin.block(64)
-    assert plugin.told == [(QUALITY, 0.0)], "it follows the bass"
+    assert plugin.reported == [(QUALITY, 0.0)], "it follows the bass"
     plugin.close()
 
 
 def test_a_block_without_frames_tells_values(bundle: Path) -> None:
     """Including values the bass is built by."""
-    least, most = PARAMETERS[ACTION].least, PARAMETERS[ACTION].most
+    minimum, maximum = PARAMETERS[ACTION].minimum, PARAMETERS[ACTION].maximum
     plugin = low.Plugin(bundle, mode=low.OFFLINE)
     plugin.block(0, points=[(ACTION, 0, 0.7)])
     action = states.values_of(plugin.save())["action"]
-    assert action == pytest.approx(least + 0.7 * (most - least), abs=0.01)
+    assert action == pytest.approx(minimum + 0.7 * (maximum - minimum), abs=0.01)
     plugin.close()
 
 

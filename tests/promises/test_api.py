@@ -32,7 +32,7 @@ def engine(bass: livebass.Instrument, rate: int = RATE) -> livebass.Engine:
     return livebass.Engine(bass, QUICK, rate)
 
 
-def played(engine: livebass.Engine, score: livebass.Score, tail: float | None = 0.1) -> np.ndarray:
+def play(engine: livebass.Engine, score: livebass.Score, tail: float | None = 0.1) -> np.ndarray:
     return np.concatenate(list(engine.play(score, tail)), axis=1)
 
 
@@ -51,7 +51,7 @@ def test_public_names() -> None:
         "check_claims", "compare", "contactogram", "decay_rates", "demo_score", "export_page", "export_plugin",
         "export_sfz", "fit", "fitted_preset", "fundamental", "identify", "load_preset", "loudness", "preset_names",
         "quality_with", "read_score", "read_tab", "relative_variation", "render_to_array", "render_to_file",
-        "resampled", "score_of", "simulate", "single_note", "spectrogram_db", "string_shape", "sweep", "t60",
+        "resample", "score_of", "simulate", "single_note", "spectrogram_db", "string_shape", "sweep", "t60",
     ]  # fmt: skip
     with pytest.raises(AttributeError, match="No livebass attribute nothing"):
         livebass.nothing  # noqa: B018
@@ -65,12 +65,12 @@ def test_presets_and_scores_load_without_the_kernels() -> None:
 @pytest.mark.parametrize("tail", [0.0, 0.1, None])
 def test_a_second_play_begins_where_the_first_ended(bass: livebass.Instrument, tail: float | None) -> None:
     score, bare = livebass.score_of(LINE, RATE), engine(bass)
-    first = played(bare, score, tail)
-    assert np.array_equal(first, played(engine(bass), score, tail)), "a fresh engine always plays the same"
+    first = play(bare, score, tail)
+    assert np.array_equal(first, play(engine(bass), score, tail)), "a fresh engine always plays the same"
     while bare.sounding():
         bare.process(RATE)
     start = bare.frame
-    second = played(bare, score, tail)
+    second = play(bare, score, tail)
     assert bare.frame - start >= second.shape[1] >= score.end_frame
     longest = min(first.shape[1], second.shape[1])
     loud = np.abs(first).max()
@@ -84,8 +84,8 @@ def test_two_plays_are_the_two_lines_in_a_row(bass: livebass.Instrument) -> None
     both = livebass.score_of([*LINE, *((at + late, length, *note) for at, length, *note in LINE)], RATE)
     twice = engine(bass)
     list(twice.play(score, 0.0))
-    second = played(twice, score, 0.1)
-    whole = played(engine(bass), both, 0.1)
+    second = play(twice, score, 0.1)
+    whole = play(engine(bass), both, 0.1)
     assert np.array_equal(second, whole[:, score.end_frame :])
 
 

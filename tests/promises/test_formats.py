@@ -10,7 +10,7 @@ import pytest
 from support.command import Run, assert_one_clear_line
 
 from livebass import __version__, load_preset, read_score
-from livebass.cli import remembered
+from livebass.cli import play_settings
 from livebass.files import formats
 from livebass.preset.keymap import load_key_map
 from livebass.score.reading import TAKE
@@ -51,10 +51,10 @@ def test_key_maps_and_settings_of_a_later_format(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="format = 2: made for a later livebass"):
         load_key_map(str(file))
     file.write_text('format = 1\npreset = "slap"\n')
-    assert remembered.load(file).preset == "slap"
+    assert play_settings.load(file).preset == "slap"
     file.write_text('format = 2\npreset = "slap"\n')
-    with pytest.raises(remembered.DamagedSettings, match="format = 2: made for a later livebass"):
-        remembered.load(file)
+    with pytest.raises(play_settings.DamagedSettings, match="format = 2: made for a later livebass"):
+        play_settings.load(file)
 
 
 @pytest.mark.parametrize("given, known", [({}, True), ({"format": "1"}, True), ({"format": "2"}, False)])

@@ -95,7 +95,7 @@ def test_public_functions_say_what_they_take_and_give(name: str) -> None:
 def test_names_and_signatures_are_those_that_were_kept() -> None:
     """A change here is a change of what users rely on: docs/versions.md says what may change when."""
     kept = (ROOT / "tests" / "kept" / "api.txt").read_text("utf-8").splitlines()
-    assert interface.listed().splitlines() == kept, "if it is meant: .venv/bin/python tools/keep.py --api"
+    assert interface.public_lines().splitlines() == kept, "if it is meant: .venv/bin/python tools/keep.py --api"
 
 
 def test_results_are_read_only() -> None:
@@ -112,21 +112,21 @@ def test_examples_in_docstrings_give_what_they_say(name: str) -> None:
     assert module
     runner = doctest.DocTestRunner(optionflags=doctest.REPORT_NDIFF)
     tests = doctest.DocTestFinder().find(found, name, module)
-    told = io.StringIO()
+    reported = io.StringIO()
     for test in tests:
-        runner.run(test, out=told.write)
-    assert runner.summarize(verbose=False).failed == 0, told.getvalue()
+        runner.run(test, out=reported.write)
+    assert runner.summarize(verbose=False).failed == 0, reported.getvalue()
     if inspect.isfunction(found):
         assert any(test.examples for test in tests) == (name not in NO_EXAMPLE), "an example, or README shows it"
 
 
 def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
     from livebass.lab.experiment.simulate import simulate_to_directory
-    from livebass.model.trial import Asked
+    from livebass.model.trial import PluckRequest
 
     moved = livebass.simulate(BASS, duration=0.05, quality=QUICK, modes=40, shape_at=[0.01])
-    asked = Asked(duration=0.05, quality=QUICK, modes=40)
-    simulate_to_directory(BASS, asked, tmp_path / "a", analyse=True, shape_at=[0.01])
+    requested = PluckRequest(duration=0.05, quality=QUICK, modes=40)
+    simulate_to_directory(BASS, requested, tmp_path / "a", analyse=True, shape_at=[0.01])
     with np.load(tmp_path / "a" / "result.npz") as kept:
         assert np.array_equal(kept["displacement_m"], moved.displacement())
         assert np.array_equal(kept["contact_time_s"], moved.contacts.time_s) and moved.contacts.fret.size

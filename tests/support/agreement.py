@@ -64,18 +64,20 @@ def predictable(trial: Trial, brute: Motion, enough: int = 0) -> int:
     return until
 
 
-def assert_agree(trial: Trial, name: str, least: float = 1.0, within: float = AGREED, touches: bool = True) -> bool:
+def assert_agree(trial: Trial, name: str, minimum: float = 1.0, within: float = AGREED, touches: bool = True) -> bool:
     """The engine gives the contacts and the motion of brute force for as long as they are predictable.
 
-    They must be predictable for the share `least` of the samples. Returns True if they agree to the end.
+    They must be predictable for the share `minimum` of the samples. Returns True if they agree to the end.
     """
     engine, brute = solve_trial(trial), solve(trial)
     assert brute.contact_step.size > 0 or not touches, name
     until = agreed_until(engine, brute, within)
     if until == trial.samples:
         return True
-    asked = predictable(trial, brute, enough=0 if least else until)
+    requested = predictable(trial, brute, enough=0 if minimum else until)
     apart = difference(engine, brute)[: until + 1].max()
-    assert until >= asked, f"{name}: as brute force for {until} samples of {asked}, then {apart:.1e} or another contact"
-    assert asked >= least * trial.samples, f"{name}: predictable for {asked} samples of {trial.samples} only"
+    assert until >= requested, (
+        f"{name}: as brute force for {until} samples of {requested}, then {apart:.1e} or another contact"
+    )
+    assert requested >= minimum * trial.samples, f"{name}: predictable for {requested} samples of {trial.samples} only"
     return False

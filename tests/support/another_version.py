@@ -24,10 +24,10 @@ MORE = replace(PARAMETER_ROWS["vibrato"], number=AT, symbol=EXTRA, name="Growl")
 def number(symbol: str) -> int:
     """The number of a parameter there."""
     here = {EXTRA: AT, THERE: AT + 1}
-    return here[symbol] if symbol in here else moved(PARAMETER_ROWS[symbol]).number
+    return here[symbol] if symbol in here else moved_parameter(PARAMETER_ROWS[symbol]).number
 
 
-def moved(row: Any) -> Any:
+def moved_parameter(row: Any) -> Any:
     """A parameter as it is there."""
     symbol = THERE if row.symbol == HERE else row.symbol
     return replace(row, number=row.number + (row.number >= AT), symbol=symbol)
@@ -36,11 +36,11 @@ def moved(row: Any) -> Any:
 @contextmanager
 def there() -> Iterator[None]:
     """The header of that version, while the block lasts."""
-    rows = {row.symbol: row for row in map(moved, PARAMETERS)}
-    events = {moved(row).symbol: event(row) for row in PARAMETERS}
-    sliders = [replace(row, parameter=moved(row.parameter)) for row in SLIDER_ROWS.values()]
+    rows = {row.symbol: row for row in map(moved_parameter, PARAMETERS)}
+    events = {moved_parameter(row).symbol: event(row) for row in PARAMETERS}
+    sliders = [replace(row, parameter=moved_parameter(row.parameter)) for row in SLIDER_ROWS.values()]
     with pytest.MonkeyPatch.context() as patch:
-        before, after = [rows[moved(row).symbol] for row in PARAMETERS[:AT]], list(rows.values())[AT:]
+        before, after = [rows[moved_parameter(row).symbol] for row in PARAMETERS[:AT]], list(rows.values())[AT:]
         patch.setattr(header, "PARAMETERS", (*before, MORE, *after))
         patch.setattr(header, "PARAMETER_ROWS", rows)
         patch.setattr(header, "SLIDER_ROWS", {row.parameter.symbol: row for row in sliders})
@@ -53,7 +53,7 @@ def there() -> Iterator[None]:
 def library() -> Any:
     """The C of its instance. Nothing else in it depends on the name."""
     with there():
-        return picture.loaded("another-version", "-O1", "-w", f"-DLB_{HERE.upper()}=LB_{THERE.upper()}")
+        return picture.load_product("another-version", "-O1", "-w", f"-DLB_{HERE.upper()}=LB_{THERE.upper()}")
 
 
 class Host(picture.Host):

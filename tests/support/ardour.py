@@ -21,7 +21,7 @@ SCANNER = LIBRARIES / "ardour-vst3-scanner"
 PATIENCE = 180.0  # s
 RACE = "Port already exists"  # a port it has just made itself: one start in twenty under load; then it aborts
 RATE = 48000
-MOST_LATE = 32  # frames
+MAX_LATE = 32  # frames
 TICKS, BEATS_A_SECOND = 1920, 2  # ticks a beat; beats a second in a new session
 SUPERCLOCK = 282240000  # ticks a second of its other clock
 
@@ -60,7 +60,7 @@ class Ardour:
         file = self.home / "script.lua"
         file.write_text(script)
         lines = [line.split("|") for line in self.run(LUA, file, *arguments).splitlines()]
-        return [line[1:] for line in lines if line[0] == "TOLD"]
+        return [line[1:] for line in lines if line[0] == "REPORTS"]
 
     def make(self, session: Path, script: str, *arguments: object) -> list[list[str]]:
         """Runs a script that makes a session; tries once more if Ardour's threads collided."""
@@ -95,7 +95,7 @@ def is_export_of(exported: Floats, wanted: Floats) -> bool:
 
     Under load Ardour leaves out the first frames, 16 as a rule, of all tracks alike.
     """
-    parts = ((exported[:, : len(wanted) - late], wanted[late:]) for late in range(MOST_LATE + 1))
+    parts = ((exported[:, : len(wanted) - late], wanted[late:]) for late in range(MAX_LATE + 1))
     return any(all(np.array_equal(channel, part) for channel in channels) for channels, part in parts)
 
 

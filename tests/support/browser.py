@@ -133,7 +133,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
+def serve(folder: Path) -> Iterator[str]:
     """Serves a folder on this machine while the block lasts; gives the address."""
 
     class Quiet(http.server.SimpleHTTPRequestHandler):
@@ -179,7 +179,7 @@ def seen_by(driver: Any, **features: str) -> Iterator[None]:
 
 
 @contextmanager
-def sized(driver: Any, width: int, height: int) -> Iterator[None]:
+def resize(driver: Any, width: int, height: int) -> Iterator[None]:
     """Makes the page see a window of a size in px."""
     sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
@@ -194,7 +194,7 @@ def sized(driver: Any, width: int, height: int) -> Iterator[None]:
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-def saved(driver: Any) -> tuple[io.BytesIO, str]:
+def saved_file(driver: Any) -> tuple[io.BytesIO, str]:
     """The first of the files kept by SAVED, and its name."""
     data, name = driver.execute_async_script(
         "const [done] = arguments, reader = new FileReader();"

@@ -87,7 +87,7 @@ FACTORY = struct(
 )  # fmt: skip
 PARAM_INFO = struct(
     ("id", U32), ("flags", U32), ("cookie", P), ("name", c.c_char * 256), ("module", c.c_char * 1024),
-    ("least", D), ("most", D), ("usual", D),
+    ("minimum", D), ("maximum", D), ("default", D),
 )  # fmt: skip
 PARAMS = struct(
     ("count", function(U32, P)), ("info", function(B, P, U32, P)), ("value", function(B, P, U32, P)),
@@ -202,9 +202,9 @@ class Plugin:
 
     def __init__(self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True, pool: int = -1) -> None:
         self.logged: list[str] = []
-        self.asked = self.rescanned = 0
+        self.requested = self.rescanned = 0
         self.asleep = False  # after the last block
-        self.told: list[tuple[int, float]] = []  # values it reports changed, by itself or by hand
+        self.reported: list[tuple[int, float]] = []  # values it reports changed, by itself or by hand
         self.gestures: list[tuple[int, int]] = []  # (parameter, type): changes by hand that began or ended
         self.library = Library(folder)
         self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode(errors="replace"))))
@@ -237,7 +237,7 @@ class Plugin:
             self.activate()
 
     def _ask(self, _: Any) -> None:
-        self.asked += 1
+        self.requested += 1
 
     def _share(self, _: Any, tasks: int) -> bool:
         """Runs the tasks of a block on the host's threads, and waits for them."""
@@ -258,7 +258,7 @@ class Plugin:
     def _hear(self, _: Any, event: int) -> bool:
         said = PARAM_VALUE.from_address(event)
         if said.type == VALUE:
-            self.told.append((said.param, said.value))
+            self.reported.append((said.param, said.value))
         else:
             self.gestures.append((GESTURE.from_address(event).param, said.type))
         return True
@@ -289,8 +289,8 @@ class Plugin:
 
     def work(self) -> None:
         """Does the main-thread work that the plugin asked for."""
-        if self.asked:
-            self.asked = 0
+        if self.requested:
+            self.requested = 0
             self.plugin.on_main_thread(self.handle)
 
     def block(self, frames: int, events: Sequence[Any] = ()) -> Floats:

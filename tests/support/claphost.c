@@ -43,7 +43,7 @@ static _Atomic int allocations;
 static _Thread_local int inside;
 #endif
 
-enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 1 << 20 };
+enum { RATE = 48000, EVENTS = 8, MAXIMUM = 2048, OUTPUTS = 8, STATE = 1 << 20 };
 typedef union {
     clap_event head;
     clap_note note;
@@ -53,10 +53,10 @@ typedef union {
 } event;
 static event events[EVENTS];
 static uint32_t event_count, seed;
-static int asked, quiet;
+static int requested, quiet;
 static char state[STATE];
 static uint64_t state_size, state_read;
-static float sound[OUTPUTS][MOST];
+static float sound[OUTPUTS][MAXIMUM];
 
 static uint32_t random_below(uint32_t n) {
     seed = seed * 1664525u + 1013904223u;
@@ -98,9 +98,9 @@ static void *work(void *nothing) {
 }
 
 static bool share(const clap_host *h, uint32_t count) {
-    static uint32_t asked;
+    static uint32_t requested;
     (void)h;
-    if (asked++ % 8 == 7) return false;
+    if (requested++ % 8 == 7) return false;
     inside = 0; /* these locks are the host's */
     pthread_mutex_lock(&pool.lock);
     pool.next = 0;
@@ -129,7 +129,7 @@ static void nothing(const clap_host *h) { (void)h; }
 
 static void ask(const clap_host *h) {
     (void)h;
-    asked = 1;
+    requested = 1;
 }
 
 static uint32_t size(const clap_in_events *l) {
@@ -198,7 +198,7 @@ static void invent(event *e, const clap_plugin *p, const clap_params *params, ui
         params->info(p, id, &info);
         e->head.type = CLAP_PARAM_VALUE;
         e->value.id = id;
-        e->value.value = id == 0 ? random_between(-12.0, 6.0) : random_between(info.least, info.most);
+        e->value.value = id == 0 ? random_between(-12.0, 6.0) : random_between(info.minimum, info.maximum);
         if (!random_below(40)) e->value.value = random_below(2) ? NAN : 1e30;
     }
 }
@@ -248,7 +248,7 @@ int main(int count, char **words) {
     const clap_host host = {CLAP_VERSION, 0, "claphost", "", "", "1", extension, nothing, nothing, ask};
     const uint32_t apart = seed & 1, outputs = apart ? OUTPUTS : 1;
     const clap_plugin *p = factory->create(factory, &host, factory->descriptor(factory, apart)->id);
-    if (!p || !p->init(p) || !p->activate(p, RATE, 1, MOST) || !p->start_processing(p)) return 4;
+    if (!p || !p->init(p) || !p->activate(p, RATE, 1, MAXIMUM) || !p->start_processing(p)) return 4;
     const clap_render *render = p->get_extension(p, CLAP_RENDER);
     if (quiet && !render->set(p, CLAP_OFFLINE)) return 4; /* relief and running ahead have a clock */
 #ifndef _WIN32
@@ -271,7 +271,7 @@ int main(int count, char **words) {
     double greatest = 0;
     int64_t done = 0, blocks = 0;
     while (done < (int64_t)(seconds * RATE)) {
-        const uint32_t frames = random_below(8) ? 1 + random_below(512) : 1 + random_below(MOST);
+        const uint32_t frames = random_below(8) ? 1 + random_below(512) : 1 + random_below(MAXIMUM);
         uint32_t frame = 0;
         event_count = random_below(EVENTS + 1);
         for (uint32_t k = 0; k < event_count; k++) {
@@ -291,8 +291,8 @@ int main(int count, char **words) {
             for (uint32_t j = 0; j < frames; j++) greatest = fmax(greatest, fabs(sound[k][j]));
             if (out) fwrite(sound[k], sizeof(float), frames, out);
         }
-        if (asked && random_below(3)) {
-            asked = 0;
+        if (requested && random_below(3)) {
+            requested = 0;
             p->on_main_thread(p);
         }
         if (!random_below(200)) {
@@ -307,7 +307,7 @@ int main(int count, char **words) {
         if (!random_below(700)) {
             p->stop_processing(p);
             p->deactivate(p);
-            if (!p->activate(p, RATE, 1, MOST) || !p->start_processing(p)) return 8;
+            if (!p->activate(p, RATE, 1, MAXIMUM) || !p->start_processing(p)) return 8;
         }
         done += frames;
         blocks++;

@@ -32,12 +32,12 @@ def command(*arguments: object, **options: object) -> subprocess.CompletedProces
 @contextmanager
 def small_files() -> Iterator[None]:
     """No file of this process may exceed 20 kB, as on a full disk."""
-    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, usual[1]))
+    default = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, default[1]))
     try:
         yield
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+        resource.setrlimit(resource.RLIMIT_FSIZE, default)
 
 
 def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 2)) -> None:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from livebass.model.instrument import Instrument, Speaking, speaking, stretched
+from livebass.model.instrument import Instrument, Speaking, speaking, stretch_ratio
 from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import FREE_PART, bending_shape, neck_damping
 from livebass.rows.arrays import Floats
@@ -37,7 +37,7 @@ class Coupled:
             shape = np.array([bending_shape(one.shape, place) for one in resonances])
             mu, j, own = s.string.linear_density, np.arange(1.0, n + 1), slice(k * n, k * n + n)
             line = math.sqrt(2 * s.length) / (math.pi * j)  # the projection of (L - x) / L
-            omega = 2 * math.pi * j * s.fundamental * stretched(s.string.stiffness_law, s.inharmonicity, j)
+            omega = 2 * math.pi * j * s.fundamental * stretch_ratio(s.string.stiffness_law, s.inharmonicity, j)
             mass[own, own] += mu * np.eye(n)
             loss[own, own] += np.diag(2 * mu * _without_neck(s, n))
             spring[own, own] += np.diag(mu * omega**2)

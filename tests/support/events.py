@@ -78,7 +78,7 @@ def bear(preset: str, tier: str, events: int, seed: int) -> Borne:
     synth.record["ceiling"] = np.inf
     synth.switch_to(bass)
     device, rng, sent = FakeDevice(synth), np.random.default_rng([*map(ord, preset + tier), seed]), 0
-    most = LOUDEST * _loudest_note(synth, device)
+    maximum = LOUDEST * _loudest_note(synth, device)
     helpers = max(core_count(), 2) - 1
     synth.start_helpers(helpers)
     peak = 0.0
@@ -87,7 +87,7 @@ def bear(preset: str, tier: str, events: int, seed: int) -> Borne:
         nonlocal peak
         sound = device.block(frames)
         peak = max(peak, float(np.abs(sound).max()))
-        assert np.isfinite(sound).all() and peak < most, (sent, peak, most)
+        assert np.isfinite(sound).all() and peak < maximum, (sent, peak, maximum)
         return sound
 
     try:
@@ -112,7 +112,7 @@ def bear(preset: str, tier: str, events: int, seed: int) -> Borne:
         synth.stop_helpers()
     assert _helping() == 0 == int(synth.record["team"]["helpers"][0])
     return Borne(
-        preset, tier, sent, synth.frame / RATE, time.monotonic() - began, LOUDEST * peak / most,
+        preset, tier, sent, synth.frame / RATE, time.monotonic() - began, LOUDEST * peak / maximum,
         levels[-1] - levels[0], synth.helped,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from livebass.lab.comparison.notes import Note
 from livebass.lab.fitting.bounds import FREE
 from livebass.lab.fitting.notes import Place
 from livebass.lab.fitting.problem import Problem
-from livebass.lab.fitting.target import heard, searched
+from livebass.lab.fitting.target import measure_note, searched_figures
 from livebass.preset.load import preset_tables
 
 NAME = "jazz-finger"
@@ -29,5 +29,5 @@ def real_notes() -> dict[Place, Note]:
 
 def problem_of(real: dict[Place, Note]) -> Problem:
     """The search for these notes among the losses and tones."""
-    theirs = {p: (heard(n.sound, n.rate, n.pitch, searched("fingers")),) for p, n in real.items()}
+    theirs = {p: (measure_note(n.sound, n.rate, n.pitch, searched_figures("fingers")),) for p, n in real.items()}
     return Problem(NAME, BASE, "fingers", 2, theirs, (LOSS, TONE))

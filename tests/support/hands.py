@@ -79,7 +79,7 @@ class Hands:
         for message in messages:
             before = count
             count = take_message(self.record, self.ops, self.frame, message, events, count)
-            assert before <= count <= before + performer.MOST_EVENTS
+            assert before <= count <= before + performer.MAX_EVENTS
         return events[:count]
 
     def first(self, key: int, velocity: int = 90) -> np.void:

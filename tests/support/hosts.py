@@ -17,7 +17,7 @@ from livebass.score.score import Score
 from support import clap as of_clap
 from support import lv2 as of_lv2
 from support import vst3 as of_vst3
-from support.plugins import RATE, written
+from support.plugins import RATE, write_bundle
 
 
 class Expression(NamedTuple):
@@ -50,7 +50,7 @@ class Host:
     @classmethod
     def write(cls, folder: Path) -> Path:
         """Writes the usual bundle into its own folder below `folder`."""
-        return written(cls.module, folder / cls.folder)
+        return write_bundle(cls.module, folder / cls.folder)
 
     def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
         """Plays a block; returns (outputs, frames)."""
@@ -211,8 +211,8 @@ class Vst3(Host):
 
     def _normal(self, symbol: str, x: float) -> float:
         p = PARAMETERS[NUMBERS[symbol]]
-        most = max(self.basses - 1, 1) if symbol == "bass" else p.most
-        return (x - p.least) / (most - p.least)
+        maximum = max(self.basses - 1, 1) if symbol == "bass" else p.maximum
+        return (x - p.minimum) / (maximum - p.minimum)
 
     def _point(self, frame: int, channel: int, controller: int, x: float) -> tuple[int, int, float]:
         if (channel, controller) not in self.mapped:

@@ -24,9 +24,9 @@ class Kept(Image):
 
 
 @lru_cache(maxsize=12)
-def kept(*asked: Any) -> Kept:
-    made = image(*asked)
+def keep(*requested: Any) -> Kept:
+    made = image(*requested)
     return Kept(made.words, made.exact)
 
 
-engine.image = kept
+engine.image = keep

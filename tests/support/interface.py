@@ -15,7 +15,7 @@ HEAD = "The public interface of livebass. tools/keep.py --api writes this file; 
 UNPACKED = re.compile(r"Unpack\[(\w+)\]")
 
 
-def listed() -> str:
+def public_lines() -> str:
     """Each public name with its signature, and under a class its public members."""
     lines = [HEAD, ""]
     for name in livebass.__all__:

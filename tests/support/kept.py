@@ -16,7 +16,7 @@ class Refused(Exception):
     """The kernels refuse a file; `args`: the kernel and its status."""
 
 
-def listed(values: Mapping[str, float]) -> list[float]:
+def slider_values(values: Mapping[str, float]) -> list[float]:
     """The values of all sliders, by symbol; 0: not moved."""
     return [values.get(symbol, 0.0) for symbol in SLIDER_ROWS]
 
@@ -28,7 +28,7 @@ def image_made(file: bytes, values: Mapping[str, float] = {}, unknown: list[int]
     """
     data, change = np.frombuffer(file, np.uint8).copy(), np.zeros(1, CHANGE)
     change["file"], change["size"] = data.ctypes.data, len(file)
-    change["value"][0] = listed(values)
+    change["value"][0] = slider_values(values)
     if state := measure_change(change.ctypes.data) - GOOD:
         raise Refused(measure_change, state)
     if unknown is not None:

@@ -17,13 +17,13 @@ import numpy as np
 import soundfile
 
 from livebass import load_preset
-from livebass.cli import remembered
+from livebass.cli import play_settings
 from livebass.cli.main import run
 from livebass.compiling import store
 from livebass.plugin.instrument import image_digest, instrument_file
 from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import own_tables
-from livebass.preset.revisions import numbered
+from livebass.preset.revisions import with_revision
 from livebass.preset.sounds import sound_text
 from livebass.rows.techniques import PICKED
 from livebass.score.reading import TAKE
@@ -49,7 +49,7 @@ action = "1.4 mm"
 [bench]
 gauge = 4.0
 """
-SETTINGS = remembered.Remembered(preset="slap", gain=-3.0, controllers={"tone": 20}, tuning="drop-d")
+SETTINGS = play_settings.PlaySettings(preset="slap", gain=-3.0, controllers={"tone": 20}, tuning="drop-d")
 LINK = "like=slap&action=-0.4&tone=-0.25&drive=0.5&format=1&revision=1"
 
 
@@ -88,7 +88,7 @@ def state_of(host: Host, data: bytes) -> Any:
 def take() -> bytes:
     """A take of `livebass play`: a revision of a bass, with options."""
     track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=500_000), mido.MetaMessage("text", text=TAKE)])
-    track.append(mido.MetaMessage("text", text=text_of(numbered("slap"), {"tuning": "drop-d", "capo": "1"})))
+    track.append(mido.MetaMessage("text", text=text_of(with_revision("slap"), {"tuning": "drop-d", "capo": "1"})))
     for note, on in ((30, 100), (30, 0), (45, 120), (45, 0)):
         track.append(mido.Message("note_on", note=note, velocity=on, time=6000))
     with tempfile.TemporaryFile() as file:
@@ -97,7 +97,7 @@ def take() -> bytes:
         return file.read()
 
 
-def made() -> dict[str, bytes]:
+def make_files() -> dict[str, bytes]:
     """The files of this version, by name."""
     found = {
         "slap.lbass": instrument_file(load_preset("slap")),
@@ -106,7 +106,7 @@ def made() -> dict[str, bytes]:
         "keys.toml": key_map_text(load_key_map("modo")).encode(),
         "sound.toml": sound_text("reggae-dub").encode(),
         "link.txt": LINK.encode(),
-        "play.toml": remembered.Remembered(preset="slap", gain=-3.0, controllers={"tone": 20}, tuning="drop-d")
+        "play.toml": play_settings.PlaySettings(preset="slap", gain=-3.0, controllers={"tone": 20}, tuning="drop-d")
         .text()
         .encode(),
     }
@@ -139,7 +139,7 @@ class Opened:
         yield "keys.toml", digest(repr(load_key_map(str(self.folder / "keys.toml")).keys).encode())
         assert load_preset(self.folder / "sound.toml").name
         yield "sound.toml", digest(repr(sorted(own_tables(self.folder / "sound.toml")[1].items())).encode())
-        settings = vars(remembered.load(self.folder / "play.toml"))
+        settings = vars(play_settings.load(self.folder / "play.toml"))
         yield "play.toml", digest(repr([settings[name] for name in tomllib.loads(SETTINGS.text())]).encode())
         yield "link.txt", self.link((self.folder / "link.txt").read_bytes())
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from livebass import Instrument, Quality, load_preset
 from livebass.engine.engine import Engine
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.kernels.player.words import Row, word_of
 from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
@@ -58,7 +58,7 @@ def offline(
     """Renders messages with the engine, (frames,), cut as the synth cuts."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
     engine.send_words(np.array([m[0] for m in messages]), np.array([word_of(*m[1:]) for m in messages]))
-    return np.clip(mixed(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
+    return np.clip(mix_strings(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
 
 
 CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))
@@ -70,7 +70,7 @@ def address_of(clock: Any) -> int:
 
 
 @CLOCK
-def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
+def stopped_clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
     """A clock that stands still, so every block takes no time."""
     spec[0], spec[1] = 1, 0  # type: ignore[index]
     return 0
@@ -93,7 +93,7 @@ class Load:
 def run_ahead(synth: Synth, how: str) -> None:
     """Lets strings run ahead of the clock as far as possible ("far"), "never", or "as time allows"."""
     if how == "far":
-        synth.record["clock"] = address_of(stopped)
+        synth.record["clock"] = address_of(stopped_clock)
     elif how == "never":
         synth.record["clock"] = 0
 
@@ -158,6 +158,6 @@ def played_on(synth: Synth, seconds: float) -> None:
     wait_for(lambda: synth.frame >= end)
 
 
-def arrived(synth: Synth) -> list[list[int]]:
+def waiting_messages(synth: Synth) -> list[list[int]]:
     """The messages waiting in the synth's rings of Python and JACK."""
     return [message for ring in (0, 2) for _, *message in unread(synth.rings[ring])]

@@ -51,7 +51,7 @@ def modal(s: Speaking, count: int, lossless: bool = False) -> Modal:
     return Modal(s.length, s.string.linear_density, k, 2 * math.pi * modes.frequencies(s, count), sigma)
 
 
-def shortened(long: Modal, start: float, count: int) -> Modal:
+def shorten(long: Modal, start: float, count: int) -> Modal:
     """`long` from `start` (m) on: wave numbers of the shorter length, frequencies and losses by the long one's law."""
     length = long.length - start
     k = np.arange(1, count + 1) * (math.pi / length)
@@ -61,7 +61,7 @@ def shortened(long: Modal, start: float, count: int) -> Modal:
     return Modal(length, long.density, k, natural, np.interp(natural, long.natural, long.sigma))
 
 
-def solved(matrix: Floats, begin: Floats, times: Floats) -> Floats:
+def solve_exactly(matrix: Floats, begin: Floats, times: Floats) -> Floats:
     """exp(matrix t) begin at `times`, (n, len(begin)), by eigenvalues."""
     values, vectors = np.linalg.eig(matrix)
     parts: Complexes = np.linalg.solve(vectors, begin.astype(np.complex128))
@@ -74,7 +74,7 @@ def from_rest(s: Modal, matrix: Floats, q: Floats, step: float, times: Floats) -
     The first force of hands already there at step 0 acts from then on.
     """
     begin = np.concatenate(s.after(q, np.zeros(q.size), -step / 2))
-    both = solved(matrix, begin, times + step / 2)
+    both = solve_exactly(matrix, begin, times + step / 2)
     return both[:, : q.size], both[:, q.size :]
 
 
@@ -90,7 +90,7 @@ def handover(long: Modal, short: Modal) -> Floats:
     )
 
 
-def hammered(
+def hammer_string(
     long: Modal, short: Modal, q: Floats, v: Floats, path: Callable[[Floats, float, float], Floats],
     place: float, samples: int, rate: float,
 ) -> tuple[Floats, Floats]:  # fmt: skip

@@ -17,7 +17,7 @@ from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.export import page_files
-from livebass.web.modules import NONE, joined
+from livebass.web.modules import NONE, join_modules
 from support.needs import tool
 from support.wasm import QUANTUM, messages_of
 
@@ -96,13 +96,13 @@ class Node:
 
 @contextmanager
 def node(entry: str, more: Mapping[str, str] = NONE) -> Iterator[Node]:
-    """Runs a module of the page, with `more` as for `joined`; its exports are global. Skips the test without node."""
+    """Runs a module of the page, with `more` as for `join_modules`; its exports are global. Skips without node."""
     with subprocess.Popen(
         [tool("node"), "-e", SERVE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
     ) as process:
         try:
             found = Node(process)
-            found.run(f"{THREADS}const made = {joined(entry, more)}Object.assign(globalThis, made);")
+            found.run(f"{THREADS}const made = {join_modules(entry, more)}Object.assign(globalThis, made);")
             yield found
         finally:
             process.kill()

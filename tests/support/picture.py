@@ -20,7 +20,7 @@ from livebass.plugin import build
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
 from livebass.score.score import Score
-from support.plugins import kept, sources
+from support.plugins import kept_product, sources
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
@@ -56,7 +56,7 @@ class Face(c.Structure):
     """lb_face."""
 
     _fields_ = [
-        ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("most", VALUE), ("set", SET), ("text", TEXT),
+        ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("maximum", VALUE), ("set", SET), ("text", TEXT),
         ("read", READ), ("note", NOTE), ("own", c.c_void_p), ("switched", SWITCHED),
         *((name, c.c_void_p) for name in OPTIONAL),
     ]  # fmt: skip
@@ -65,10 +65,10 @@ class Face(c.Structure):
 @functools.cache
 def library() -> Any:
     """The C of picture and instance with the kernels, built like the plugins."""
-    return loaded("picture")
+    return load_product("picture")
 
 
-def loaded(product: str, *more: str) -> Any:
+def load_product(product: str, *more: str) -> Any:
     """The same under a name of its own, built with `more` arguments."""
     system = this_system()
 
@@ -80,7 +80,7 @@ def loaded(product: str, *more: str) -> Any:
 
     with tempfile.TemporaryDirectory() as name:
         made = Path(name) / f"picture.{system.ending}"
-        made.write_bytes(kept(product, make))
+        made.write_bytes(kept_product(product, make))
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double
     for name, result, arguments in (
@@ -106,7 +106,7 @@ def loaded(product: str, *more: str) -> Any:
         ("host_value", real, [address, whole]),
         ("host_is_kept", whole, [address]),
         ("host_update", None, [address]),
-        ("host_most", real, [address, whole]),
+        ("host_max", real, [address, whole]),
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
@@ -315,12 +315,12 @@ class Picture:
         optional: Iterable[str] = (),
     ) -> None:
         self.host, self.scale, self.dark, self.seconds = host, scale, True, 0.0
-        self.values = {p.number: p.usual for p in PARAMETERS}
+        self.values = {p.number: p.default_value for p in PARAMETERS}
         self.sets: list[tuple[int, float, int]] = []
         self.notes: list[tuple[int, int, int]] = []
         self.look = host.look if host else library().new_looks()
         self.face = Face(
-            host.address if host else None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set),
+            host.address if host else None, self.look, VALUE(self._value), VALUE(self._maximum), SET(self._set),
             TEXT(self._text), READ(self._read), NOTE(self._note),
             c.cast(library().host_own, c.c_void_p) if host else None,
             SWITCHED(lambda _, key: library().host_switched(host.address, key) if host else None),
@@ -338,8 +338,8 @@ class Picture:
     def _value(self, _: int, k: int) -> float:
         return library().host_value(self.host.address, k) if self.host else self.values[k]
 
-    def _most(self, _: int, k: int) -> float:
-        return library().host_most(self.host.address, k) if self.host else PARAMETERS[k].most
+    def _maximum(self, _: int, k: int) -> float:
+        return library().host_max(self.host.address, k) if self.host else PARAMETERS[k].maximum
 
     def _set(self, _: int, k: int, value: float, phase: int) -> None:
         self.sets.append((k, value, phase))
@@ -430,7 +430,7 @@ def made_look(
     notes = list(open_notes)
     look["bass"], look["strings"], look["frets"], look["fretless"], look["forced"] = 1, len(notes), 20, fretless, -1
     look["place"][0] = length * (1 - 2 ** (-np.minimum(np.arange(PLACES), 20) / 12))
-    look["position"], look["nearest"], look["usual"], look["farthest"] = 0.74, 0.55, 0.74, 0.93
+    look["position"], look["nearest"], look["default_value"], look["farthest"] = 0.74, 0.55, 0.74, 0.93
     for i, note in enumerate(notes):
         lane = look["string"][0, i]
         lane["open"], lane["length"], lane["key"] = note, length, -1

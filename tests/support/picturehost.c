@@ -12,14 +12,14 @@
 
 typedef struct {
     lb_instance instance;
-    int asked; /* to load a bass, behind the block */
+    int requested; /* to load a bass, behind the block */
 } host;
 
 static void complain(void *owner, const char *line) {
     (void)owner;
     fprintf(stderr, "%s\n", line);
 }
-static void ask(void *owner) { ((host *)owner)->asked = 1; }
+static void ask(void *owner) { ((host *)owner)->requested = 1; }
 static void moved(void *owner) { (void)owner; }
 
 host *new_host(const char *folder, double rate) {
@@ -40,7 +40,7 @@ void set_host(host *h, int parameter, double value) { lb_set_value(&h->instance,
 double host_value(host *h, int parameter) { return lb_value(&h->instance, parameter); }
 int host_is_kept(host *h) { return lb_face_of(&h->instance).kept(&h->instance); }
 void host_update(host *h) { lb_face_of(&h->instance).update(&h->instance); }
-double host_most(host *h, int parameter) { return lb_most(&h->instance, parameter); }
+double host_max(host *h, int parameter) { return lb_maximum(&h->instance, parameter); }
 void host_text(host *h, int parameter, double value, char *text, size_t room) {
     lb_value_to_text(&h->instance, parameter, value, text, room);
 }
@@ -53,8 +53,8 @@ void play_host(host *h, float *out, int64_t n) {
     float *outs[LB_STRINGS] = {out};
     lb_begin_block(&h->instance);
     lb_play_block(&h->instance, 0, outs, n);
-    if (h->asked) lb_serve(&h->instance);
-    h->asked = 0;
+    if (h->requested) lb_serve(&h->instance);
+    h->requested = 0;
 }
 void note_host(host *h, int on, int key, double velocity) {
     if (on) lb_start_note(&h->instance, 0, 0, key, velocity, -1);

@@ -14,13 +14,13 @@ from livebass.kernels.string import tension
 from livebass.kernels.string.records import BLOCK, EVENT
 from livebass.model.instrument import Instrument
 from livebass.model.neck import Admittance
-from livebass.model.quality import MOST_MODES
+from livebass.model.quality import MAX_MODES
 from support.own_basses import load_preset
-from support.strings import turned, yielding
+from support.strings import turn_axes, yielding
 
 RATE = 48000
 YIELDS = " that yields"  # after the name of a preset: with necks made by `yielding`
-TURNED = " with turned axes"  # the same: with necks made by `turned`
+TURNED = " with turned axes"  # the same: with necks made by `turn_axes`
 RINGS_ON = " that rings on"  # the same: strings with hardly any loss, on rigid necks
 
 
@@ -28,7 +28,7 @@ RINGS_ON = " that rings on"  # the same: strings with hardly any loss, on rigid 
 def engine(preset: str, quality: str = "live") -> Engine:
     bass = made_of(preset.removesuffix(RINGS_ON))
     if preset.endswith(RINGS_ON):
-        lossless = {"measured_dampings": (1e-9,) * MOST_MODES, "extra_damping": 0.0, "extra_damping_slope": 0.0}
+        lossless = {"measured_dampings": (1e-9,) * MAX_MODES, "extra_damping": 0.0, "extra_damping_slope": 0.0}
         strings = tuple(replace(s, **lossless) for s in bass.strings)  # type: ignore[arg-type]
         necks = tuple(replace(n, admittance=Admittance(), stop_conductance=0.0) for n in bass.necks)
         bass = replace(bass, strings=strings, necks=necks)
@@ -37,7 +37,7 @@ def engine(preset: str, quality: str = "live") -> Engine:
 
 def made_of(preset: str) -> Instrument:
     """The bass of a preset, its necks changed if the name says so."""
-    for ending, change in ((YIELDS, yielding), (TURNED, turned)):
+    for ending, change in ((YIELDS, yielding), (TURNED, turn_axes)):
         if preset.endswith(ending):
             return change(load_preset(preset.removesuffix(ending)))
     return load_preset(preset)
@@ -83,9 +83,9 @@ class Played:
             slope += float(bent @ bent)
         stretch = float(self.record["stretch"])
         if stretch:  # the tension grows by stretch times slope, up to a limit
-            most = tension.MOST * float(op["fine"] ** 2 / op["weight"]) * speed**2 / stretch
-            below = min(slope, most)
-            total += stretch * (below**2 / 4 + most * (slope - below) / 2)
+            maximum = tension.MAXIMUM * float(op["fine"] ** 2 / op["weight"]) * speed**2 / stretch
+            below = min(slope, maximum)
+            total += stretch * (below**2 / 4 + maximum * (slope - below) / 2)
         return total
 
     def hands(self) -> tuple[bool, float, int]:

@@ -19,7 +19,7 @@ import pytest
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.compiling import store
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.kernels.bass.kept import FORMAT
 from livebass.plugin import build
 from livebass.plugin.header import header
@@ -35,7 +35,7 @@ from support.needs import tool
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
 TAIL = 0.1  # s
-MOST_BYTES = 980_000
+MAX_BYTES = 980_000
 EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor", "lv2ui_descriptor"]
 NO_THREADS = pytest.mark.skipif(
     this_system().ending != "so" or core_count() < 2, reason="plugins have no threads of their own here"
@@ -59,13 +59,13 @@ def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iter
         yield
 
 
-def written(plugin: ModuleType, folder: Path) -> Path:
+def write_bundle(plugin: ModuleType, folder: Path) -> Path:
     """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns the bundle."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
     return folder
 
 
-def kept(name: str, make: Callable[[Path], bytes]) -> bytes:
+def kept_product(name: str, make: Callable[[Path], bytes]) -> bytes:
     """Returns the product of `make`: of the plugins' C and kernels and the files beside this one, with kernels.h.
 
     Kept where the plugins' binary is.
@@ -95,7 +95,9 @@ def sources(folder: Path, host: str) -> list[str]:
 def checked_binary() -> bytes:
     """The plugins' binary for this system, built to abort on a broken thread rule (thread.h)."""
     system = this_system()
-    return kept("checked", lambda folder: build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"]))
+    return kept_product(
+        "checked", lambda folder: build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"])
+    )
 
 
 def c_host(folder: Path, name: str, *flags: str) -> Path:
@@ -107,7 +109,7 @@ def c_host(folder: Path, name: str, *flags: str) -> Path:
         return (place / name).read_bytes()
 
     made = folder / name
-    made.write_bytes(kept("".join([name, *flags]), make))
+    made.write_bytes(kept_product("".join([name, *flags]), make))
     made.chmod(0o700)
     return made
 
@@ -124,7 +126,7 @@ def helpers() -> int:
 def check_binary(file: Path) -> None:
     """Checks that the plugins' binary is small, needs no Python and exports only the formats' entries."""
     code = file.read_bytes()
-    assert len(code) < MOST_BYTES
+    assert len(code) < MAX_BYTES
     for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
         assert word not in code, word
     listed = subprocess.run([tool("nm"), "-D", "--defined-only", file], capture_output=True, text=True)
@@ -138,7 +140,7 @@ def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
 
 
 @functools.cache
-def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
+def render_preset(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
     """The sound of `livebass render`, (strings, n) float32, without its faded end."""
     sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=tail)
     sound = (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
@@ -148,7 +150,7 @@ def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0
 
 def mono(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:
     """The mono sound of `livebass render`."""
-    return mixed(rendered(preset, score, quality, gain))
+    return mix_strings(render_preset(preset, score, quality, gain))
 
 
 def midi_score(path: Path) -> Score:

@@ -47,7 +47,7 @@ def have(name: str) -> None:
     with suppress(OSError):
         if name != "kernels":
             make(name)
-        elif store.kept() and not library.cached():  # in a process of its own, which imports numba
+        elif store.kept_library() and not library.is_cached():  # in a process of its own, which imports numba
             begin().wait()
 
 

@@ -16,7 +16,7 @@ README = ROOT / "README.md"
 PAGES = sorted((ROOT / "livebass" / "help").glob("*.md"))
 
 
-def quoted(text: str) -> Iterator[tuple[str, bool]]:
+def quoted_commands(text: str) -> Iterator[tuple[str, bool]]:
     """(command line, True if in a runnable block) for each `livebass ...` of a Markdown text."""
     fences = re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     blocks = [*"".join(fences).splitlines(), *re.findall(r"^ {4}(\S.*)", text, re.MULTILINE)]
@@ -28,9 +28,9 @@ def quoted(text: str) -> Iterator[tuple[str, bool]]:
 
 
 def every_command() -> Iterator[tuple[Path, str, bool]]:
-    """The file, line and kind (as `quoted`) of every command in README and the handbook."""
+    """The file, line and kind (as `quoted_commands`) of every command in README and the handbook."""
     for file in (README, *PAGES):
-        for line, whole in quoted(file.read_text(encoding="utf-8")):
+        for line, whole in quoted_commands(file.read_text(encoding="utf-8")):
             if not line.startswith(("COMMAND ", "help PAGE")):
                 yield file, line, whole
 
@@ -40,7 +40,7 @@ def context(command: click.Command, arguments: list[str]) -> click.Context:
     return command.make_context("livebass", arguments.copy(), parent=click.Context(program, **program.context_settings))
 
 
-def found(line: str) -> tuple[click.Command, list[str]]:
+def command_of(line: str) -> tuple[click.Command, list[str]]:
     """The command of a line, and its arguments."""
     arguments = shlex.split(re.split(r"\s[>|]\s", line)[0], comments=True)
     command: click.Command = program

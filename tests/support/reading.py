@@ -15,7 +15,7 @@ from livebass.kernels.score.smf import FOREIGN
 from livebass.model.instrument import Instrument
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, read_parts, read_score
-from livebass.score.score import LEAST_RATE
+from livebass.score.score import MIN_RATE
 from livebass.score.sentences import ERRORS
 from support.node import run
 
@@ -49,7 +49,7 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
     raised = 0
     try:
         score = with_low_notes(read_score(file, RATE).on_one_bass(), bass)
-        raised = with_low_notes(read_score(file, LEAST_RATE).on_one_bass(), bass).raised
+        raised = with_low_notes(read_score(file, MIN_RATE).on_one_bass(), bass).raised
         frames = score.frames.astype(np.int32).tolist()  # the page has no more bits
         found["messages"] = [[f, *m] for f, m in zip(frames, score.messages.tolist(), strict=True)]
         found |= {"remarks": [re.sub("; --.*", "", line) for line in score.remarks], "end": score.file_end}
@@ -75,9 +75,9 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
 
 def read_by_page(files: Iterable[bytes], bass: Instrument) -> list[dict[str, Any]]:
     """Reads each file by the page's scripts, in node, into the form of `read_by_python`."""
-    told = {"range": bass.note_range, "switches": sorted(bass.switches)}
+    reported = {"range": bass.note_range, "switches": sorted(bass.switches)}
     packed = [base64.b64encode(data).decode() for data in files]
-    found: list[dict[str, Any]] = run(PAGE_READS, packed, told, RATE, LEAST_RATE, PART)
+    found: list[dict[str, Any]] = run(PAGE_READS, packed, reported, RATE, MIN_RATE, PART)
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from support.needs import package
 
 
-def built(site: Any, folder: Path) -> Path:
+def build(site: Any, folder: Path) -> Path:
     """The whole site, built into a folder. Skips the test without the packages of the extra `site`."""
     for name in site.NEEDED:
         package(name, "")

@@ -102,7 +102,7 @@ class Made(NamedTuple):
     tracks: list[list[Row]]  # their messages
 
 
-def made(seed: int) -> Made:
+def make(seed: int) -> Made:
     """A file whose chunks are right, with what real files have."""
     rng = random.Random(f"made {seed}")
     tracks = [a_track(rng) for _ in range(rng.choice([1, 1, 2, 2, 3, 5]) if seed % 30 else 0)]
@@ -155,7 +155,7 @@ def damage(data: bytearray, rng: random.Random) -> None:
 def damaged(seed: int) -> bytes:
     """A made-up file with one to four faults."""
     rng = random.Random(f"damaged {seed}")
-    data = bytearray(made(seed).data)
+    data = bytearray(make(seed).data)
     for _ in range(rng.randint(1, 4)):
         damage(data, rng)
     return bytes(data)

@@ -6,7 +6,7 @@ import base64
 from collections.abc import Mapping
 
 from livebass.live.parameters import PARAMETERS
-from livebass.plugin.state import PROCESSOR, sealed
+from livebass.plugin.state import PROCESSOR, seal
 
 Words = dict[str, dict[str, str]]  # by section ("": the head) and name
 
@@ -25,13 +25,13 @@ def read(state: bytes) -> Words:
     return found
 
 
-def written(words: Words) -> bytes:
+def state_of(words: Words) -> bytes:
     """The state with these words."""
     text = "# A state of livebass\n"
     for section, rows in words.items():
         text += f"\n[{section}]\n" if section else ""
         text += "".join(f"{name} = {value}\n" for name, value in rows.items())
-    return sealed(text)
+    return seal(text)
 
 
 def bass_of(state: bytes) -> str:
@@ -47,7 +47,7 @@ def with_file(state: bytes, section: str, file: bytes) -> bytes:
     """A state that keeps another response or instrument."""
     words = read(state)
     words[section] = {"file": f'"{base64.b64encode(file).decode()}"'}
-    return written(words)
+    return state_of(words)
 
 
 def values_of(state: bytes, aside: bool = False) -> dict[str, float]:
@@ -59,7 +59,7 @@ def values_of(state: bytes, aside: bool = False) -> dict[str, float]:
 
 def without_instrument(state: bytes) -> bytes:
     """A state that names its bass and does not keep it, as factory presets."""
-    return written({section: rows for section, rows in read(state).items() if section != "instrument"})
+    return state_of({section: rows for section, rows in read(state).items() if section != "instrument"})
 
 
 def with_sides(state: bytes, side: int, aside: Mapping[int, float]) -> bytes:
@@ -73,7 +73,7 @@ def with_sides(state: bytes, side: int, aside: Mapping[int, float]) -> bytes:
         other = before
     for number, value in aside.items():
         words[other][PARAMETERS[number].symbol] = f"{value:.17g}"
-    return written(words)
+    return state_of(words)
 
 
 def with_fewer(state: bytes, parameters: int) -> bytes:
@@ -84,11 +84,11 @@ def with_fewer(state: bytes, parameters: int) -> bytes:
             continue
         for section in ("processor",) if p.group == PROCESSOR else ("A", "B"):
             del words[section][p.symbol]
-    return written(words)
+    return state_of(words)
 
 
 def with_learned(state: bytes, learned: Mapping[int, int]) -> bytes:
     """A state with the parameters, by number, that controllers have learned."""
     words = read(state)
     words["controllers"] = {str(k): f'"{PARAMETERS[number].symbol}"' for k, number in sorted(learned.items())}
-    return written(words)
+    return state_of(words)

@@ -139,7 +139,7 @@ def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
     return dataclasses.replace(bass, necks=necks)
 
 
-def turned(bass: Instrument, degrees: float = 40.0) -> Instrument:
+def turn_axes(bass: Instrument, degrees: float = 40.0) -> Instrument:
     """`yielding(bass)`, the axes of its necks turned: u and v exchange energy."""
     bass = yielding(bass)
     necks = tuple(dataclasses.replace(n, axes_turned=math.radians(degrees)) for n in bass.necks)
@@ -188,9 +188,9 @@ def random_trial(seed: int, duration: float = 0.03) -> Trial:
     full = rng.random() < 1 / 3
     number = s.grid_points - 1 if full else int(rng.integers(s.grid_points // 4, s.grid_points - 1))
     # above twice the highest mode, which keeps the interpolation between fine steps well posed
-    least = max(3e5, 2.1 * modes.frequencies(s, number)[-1])
+    minimum = max(3e5, 2.1 * modes.frequencies(s, number)[-1])
     output = float(rng.choice([22050.0, 44100.0, 48000.0, 96000.0]))
-    rate = math.exp(rng.uniform(math.log(least), math.log(max(8e6, least))))
+    rate = math.exp(rng.uniform(math.log(minimum), math.log(max(8e6, minimum))))
     simple = output if rng.random() < 0.5 else 1000.0
     rate = simple * math.ceil(rate / simple)
     sensor = s.length - rng.uniform(0.005, 0.1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from livebass.lab.paper.figures.studies import chosen, run_studies
+from livebass.lab.paper.figures.studies import choose_studies, run_studies
 
 NAMES = ["linear", "a", "oblique"]
 SHORT = 0.1  # s
@@ -13,10 +13,10 @@ SHORT = 0.1  # s
 
 def shortened(directory: Path) -> tuple[Path, dict[str, Any]]:
     """Makes three shortened studies: their directory, and their reports."""
-    told: list[float] = []
+    reported: list[float] = []
     result = run_studies(
-        chosen(NAMES), directory, duration=SHORT, workers=2, progress=told.append,
+        choose_studies(NAMES), directory, duration=SHORT, workers=2, progress=reported.append,
         json_file=directory.parent.parent / "all.json",
     )  # fmt: skip
-    assert told == sorted(told) and told[-1] == 1 and len(told) == 5  # two motions, three studies
+    assert reported == sorted(reported) and reported[-1] == 1 and len(reported) == 5  # two motions, three studies
     return directory, result

@@ -26,13 +26,13 @@ SWEEP = (
 PAUSING = """
 import os, signal, sys
 import livebass.lab.experiment.sweep as module
-count, completed = int(sys.argv.pop(1)), module.completed
+count, completed = int(sys.argv.pop(1)), module.compute_missing
 def pausing(*arguments):
     for done in completed(*arguments):
         if done == count:
             os.kill(os.getpid(), signal.SIGSTOP)
         yield done
-module.completed = pausing
+module.compute_missing = pausing
 from livebass.__main__ import main
 main()
 """
@@ -78,7 +78,7 @@ def paused(process: subprocess.Popen[str]) -> list[psutil.Process]:
     return psutil.Process(process.pid).children()
 
 
-def gone(process: psutil.Process) -> bool:
+def has_ended(process: psutil.Process) -> bool:
     """True once a process has ended, collected by its parent or not."""
     try:
         return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
@@ -86,12 +86,12 @@ def gone(process: psutil.Process) -> bool:
         return True
 
 
-def kept(directory: Path) -> dict[str, int]:
+def keep(directory: Path) -> dict[str, int]:
     """The existing points, and their write times, ns."""
     return {file.name: file.stat().st_mtime_ns for file in (directory / "points").glob("[!.]*.json")}
 
 
-def finished(process: subprocess.Popen[str]) -> str:
+def finish(process: subprocess.Popen[str]) -> str:
     out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0 and not out, err
     return err
@@ -100,12 +100,12 @@ def finished(process: subprocess.Popen[str]) -> str:
 def swept(directory: Path) -> Path:
     """The whole table, in `directory`."""
     with sweeping(directory) as process:
-        finished(process)
-    assert len(kept(directory)) == COUNT
+        finish(process)
+    assert len(keep(directory)) == COUNT
     return directory
 
 
 def same(directory: Path, other: Path) -> None:
     assert (directory / "sweep.csv").read_bytes() == (other / "sweep.csv").read_bytes()
-    assert kept(directory).keys() == kept(other).keys()
+    assert keep(directory).keys() == keep(other).keys()
     assert not list(directory.rglob(".*"))

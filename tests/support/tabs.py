@@ -304,10 +304,10 @@ def _gpif_note(each: Note, track: Track) -> str:
 
 def as_gp(piece: Tab) -> bytes:
     """Guitar Pro 7: a zip archive."""
-    return zipped({"VERSION": b"7.0", "Content/score.gpif": as_gpif(piece)})
+    return zip_files({"VERSION": b"7.0", "Content/score.gpif": as_gpif(piece)})
 
 
-def zipped(files: dict[str, bytes]) -> bytes:
+def zip_files(files: dict[str, bytes]) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
@@ -315,7 +315,7 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return out.getvalue()
 
 
-def locked(archive: bytes) -> bytes:
+def lock_archive(archive: bytes) -> bytes:
     """A zip archive whose files are marked as locked."""
     made = bytearray(archive)
     for head, flags in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
@@ -483,7 +483,7 @@ def _xml_notations(beat: Beat, each: Note, track: Track) -> str:
 
 
 def as_mxl(piece: Tab) -> bytes:
-    return zipped({"META-INF/container.xml": b"<container/>", "song.xml": as_musicxml(piece)})
+    return zip_files({"META-INF/container.xml": b"<container/>", "song.xml": as_musicxml(piece)})
 
 
 WRITERS: dict[str, Callable[[Tab], bytes]] = {

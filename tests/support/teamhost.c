@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { RATE = 48000, MOST = 2048, THREADS = 7 };
+enum { RATE = 48000, MAXIMUM = 2048, THREADS = 7 };
 
 static uint32_t seed;
 static unsigned rests;
@@ -48,11 +48,11 @@ int main(int count, char **words) {
     if (!s || !bass) return 3;
     lb_put_on(s, bass);
     pthread_t threads[THREADS];
-    static float sound[MOST];
+    static float sound[MAXIMUM];
     int there = 0;
     uint64_t sum = 1469598103934665603u;
     for (int k = 0; k < blocks; k++) {
-        const uint32_t frames = 1 + random_below(random_below(8) ? 128 : MOST);
+        const uint32_t frames = 1 + random_below(random_below(8) ? 128 : MAXIMUM);
         if (k % 50 == 0) {
             for (__atomic_store_n(&s->record.team.stop, 1, __ATOMIC_RELEASE); there > 0; there--)
                 pthread_join(threads[there - 1], 0);

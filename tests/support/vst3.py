@@ -63,7 +63,7 @@ class Buffers(c.Structure):
 
 
 class Setup(c.Structure):
-    _fields_ = [("mode", I32), ("size", I32), ("most", I32), ("rate", D)]
+    _fields_ = [("mode", I32), ("size", I32), ("maximum", I32), ("rate", D)]
 
 
 class Data(c.Structure):
@@ -74,12 +74,12 @@ class Data(c.Structure):
 
 
 class Info(c.Structure):
-    _fields_ = [("type", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("unit", I32), ("usual", D)]
+    _fields_ = [("type", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("unit", I32), ("default", D)]
 
 
 class Parameter(c.Structure):
     _fields_ = [
-        ("id", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("steps", I32), ("usual", D),
+        ("id", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("steps", I32), ("default", D),
         ("unit", I32), ("flags", I32),
     ]  # fmt: skip
 
@@ -98,7 +98,7 @@ class Programs(c.Structure):
 
 class Switch(c.Structure):
     _fields_ = [
-        ("type", U32), ("title", TEXT), ("short", TEXT), ("least", I32), ("most", I32), ("remapped", I32),
+        ("type", U32), ("title", TEXT), ("short", TEXT), ("minimum", I32), ("maximum", I32), ("remapped", I32),
         ("unit", I32), ("flags", I32),
     ]  # fmt: skip
 
@@ -125,9 +125,11 @@ def answering(iid: str, given: Given) -> Given:
         P.from_address(to).value = given.address if found else None
         return 0 if found else -1
 
-    asked = c.CFUNCTYPE(I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
-    given.table[0], given.table[1], given.table[2] = (c.cast(f, P).value for f in (asked[0], asked[1], asked[1]))
-    given.kept = asked  # type: ignore[attr-defined]
+    requested = c.CFUNCTYPE(I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
+    given.table[0], given.table[1], given.table[2] = (
+        c.cast(f, P).value for f in (requested[0], requested[1], requested[1])
+    )
+    given.kept = requested  # type: ignore[attr-defined]
     return given
 
 
@@ -171,7 +173,7 @@ class Object:
 class Plugin:
     """One object of the bundle's classes, active at `rate`.
 
-    `told`: parameter values it reported itself, (id, value). `silent`: it flagged all of the last block silent.
+    `reported`: parameter values it reported itself, (id, value). `silent`: it flagged all of the last block silent.
     """
 
     def __init__(
@@ -189,7 +191,7 @@ class Plugin:
         assert self.component.call(3, None) == 0
         self.processor, self.controller = self.component.query(PROCESSOR), self.component.query(CONTROLLER)
         self.outputs = self.component.call(7, I32(0), I32(1))
-        self.told: list[tuple[int, float]] = []
+        self.reported: list[tuple[int, float]] = []
         self.silent = False
         setup = Setup(mode, 0, 4096, rate)
         assert self.processor.call(7, c.addressof(setup)) == 0
@@ -199,8 +201,8 @@ class Plugin:
 
     def set_speakers(self, speakers: Sequence[int]) -> bool:
         """Asks for speakers, one number per output; returns whether the plugin agrees."""
-        asked = (U64 * len(speakers))(*speakers)
-        return bool(self.processor.call(3, None, I32(0), c.addressof(asked), I32(len(speakers))) == 0)
+        requested = (U64 * len(speakers))(*speakers)
+        return bool(self.processor.call(3, None, I32(0), c.addressof(requested), I32(len(speakers))) == 0)
 
     def block(
         self,
@@ -240,7 +242,7 @@ class Plugin:
         telling: list[int] = []
 
         def heard(_: Any, offset: int, value: float, place: int) -> int:
-            self.told.append((telling[-1], value))
+            self.reported.append((telling[-1], value))
             return 0
 
         def ask(_: Any, number: int, place: int) -> int:
@@ -249,12 +251,12 @@ class Plugin:
 
         nothing = c.CFUNCTYPE(I32, P)(lambda _: 0)
         hearing = Given(nothing, nothing, nothing, c.CFUNCTYPE(I32, P, I32, D, P)(heard))
-        asked = Given(nothing, nothing, c.CFUNCTYPE(P, P, P, P)(ask))
+        requested = Given(nothing, nothing, c.CFUNCTYPE(P, P, P, P)(ask))
         out = np.full((self.outputs, channels, frames), np.nan, np.float32)
         rows = [(P * channels)(*(row.ctypes.data for row in output)) for output in out]
         buffers = (Buffers * self.outputs)(*(Buffers(channels, 0, c.addressof(row)) for row in rows))
         data = Data(
-            self.mode, 0, frames, 0, self.outputs, None, c.addressof(buffers), changes.address, asked.address,
+            self.mode, 0, frames, 0, self.outputs, None, c.addressof(buffers), changes.address, requested.address,
             listed.address,
         )  # fmt: skip
         assert self.processor.call(9, c.addressof(data)) == 0
@@ -300,11 +302,11 @@ class Plugin:
         """Sets a parameter's control, as the host's window thread does."""
         assert self.controller.call(15, U32(number), value) == 0
 
-    def usual(self, number: int) -> float:
+    def default(self, number: int) -> float:
         """The default of a parameter, by id; it must be the parameter's value too."""
-        usual = float(self.parameters()[number].usual)
-        assert self.controller.call(14, U32(number), result=D) == usual
-        return usual
+        default = float(self.parameters()[number].default)
+        assert self.controller.call(14, U32(number), result=D) == default
+        return default
 
     def mapped(self, channel: int, number: int) -> int:
         """The id of the parameter for a MIDI controller of a channel."""
@@ -316,8 +318,8 @@ class Plugin:
     def physical(self) -> list[int]:
         """The note expressions for movement across and along, and for pressure."""
         mapping, pairs = self.component.query(PHYSICAL), (U32 * 6)(0, 99, 1, 99, 2, 99)
-        asked = (U64 * 2)(3, c.addressof(pairs))
-        assert mapping.call(3, I32(0), I16(0), c.addressof(asked)) == 0
+        requested = (U64 * 2)(3, c.addressof(pairs))
+        assert mapping.call(3, I32(0), I16(0), c.addressof(requested)) == 0
         mapping.call(2)
         return list(pairs)[1::2]
 
@@ -370,8 +372,8 @@ class Plugin:
         for k in range(switches.call(3, I32(0), I16(0))):
             info = Switch()
             assert switches.call(4, I32(0), I16(0), I32(k), c.addressof(info)) == 0
-            assert info.least == info.most and (info.type, info.remapped, info.unit, info.flags) == (0, -1, -1, 0)
-            found[info.least] = wide(info.title)
+            assert info.minimum == info.maximum and (info.type, info.remapped, info.unit, info.flags) == (0, -1, -1, 0)
+            found[info.minimum] = wide(info.title)
         assert switches.call(3, I32(1), I16(0)) == 0
         assert switches.call(4, I32(0), I16(0), I32(len(found)), c.addressof(Switch())) != 0
         switches.call(2)

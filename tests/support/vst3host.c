@@ -20,13 +20,13 @@
 #define ENTRY "ModuleEntry"
 #endif
 
-enum { RATE = 48000, MOST = 2048, EVENTS = 6, OUTPUTS = 8, AUTOMATED = 8, OLDEST = 64 };
+enum { RATE = 48000, MAXIMUM = 2048, EVENTS = 6, OUTPUTS = 8, AUTOMATED = 8, OLDEST = 64 };
 static uint32_t seed;
 static vst3_event events[EVENTS];
 static int32_t event_count, moved;
 static uint32_t parameter;
 static double value;
-static float sound[OUTPUTS][MOST];
+static float sound[OUTPUTS][MAXIMUM];
 
 static uint32_t random_below(uint32_t n) {
     seed = seed * 1664525u + 1013904223u;
@@ -159,7 +159,7 @@ int main(int count, char **words) {
     if ((*factory)->create(factory, class.id, component_id, (void **)&c) != VST3_OK) return 4;
     if ((*c)->unknown.query(c, processor_id, (void **)&p) != VST3_OK) return 4;
     if ((*c)->unknown.query(c, controller_id, (void **)&controller) != VST3_OK) return 4;
-    vst3_setup setup = {VST3_OFFLINE, VST3_SAMPLE_32, MOST, RATE};
+    vst3_setup setup = {VST3_OFFLINE, VST3_SAMPLE_32, MAXIMUM, RATE};
     if ((*c)->initialize(c, 0) != VST3_OK || (*p)->setup(p, &setup) != VST3_OK) return 5;
     for (int32_t k = 0; k < outputs; k++) (*c)->activate_bus(c, VST3_AUDIO, VST3_OUTPUT, k, 1);
     (*c)->activate_bus(c, VST3_EVENTS, VST3_INPUT, 0, 1);
@@ -172,7 +172,7 @@ int main(int count, char **words) {
     double greatest = 0;
     int blocks = 0;
     for (int64_t done = 0; done < (int64_t)seconds * RATE; blocks++) {
-        const int32_t n = 1 + (int32_t)random_below(random_below(8) ? 512 : MOST);
+        const int32_t n = 1 + (int32_t)random_below(random_below(8) ? 512 : MAXIMUM);
         invent(n);
         for (int k = 0; k < outputs; k++) {
             channels[k] = sound[k];

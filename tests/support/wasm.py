@@ -33,7 +33,7 @@ QUANTUM, MESSAGES, LINE, PAGE = 128, 4096, 64, 65536
 
 
 @functools.cache
-def compiled() -> tuple[Any, Any]:
+def compiled_module() -> tuple[Any, Any]:
     """wasmtime's engine, and the module compiled for it."""
     engine = wasmtime.Engine()
     return engine, wasmtime.Module(engine, build.module())
@@ -44,9 +44,9 @@ class Module:
 
     def __init__(
         self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False, response: Floats | None = None,
-        told: int = 0,
+        reports: int = 0,
     ) -> None:  # fmt: skip
-        engine, module = compiled()
+        engine, module = compiled_module()
         self.store = wasmtime.Store(engine)
         self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
         self.end = int(self.x["__heap_base"].value(self.store))
@@ -66,7 +66,7 @@ class Module:
             assert self.call("fill_pool", pool) == DONE
             self.record(BUILDING, building)["operators"][k] = self.record(POOL, pool)["memory"]
         called = {name: numbers[name] for name in ("over_frets", "over_board", "play_string")}
-        self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, told_room=told, **called)
+        self.set(BUILDING, building, file=self.file, tier=tier, rate=rate, report_room=reports, **called)
         if response is not None:
             place = self.place(response.nbytes)
             self.bytes(place, response.nbytes)[:] = response.view(np.uint8)
@@ -131,7 +131,7 @@ class Bare(Module):
     """The module without a bass."""
 
     def __init__(self) -> None:
-        engine, module = compiled()
+        engine, module = compiled_module()
         self.store = wasmtime.Store(engine)
         self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
         self.end = int(self.x["__heap_base"].value(self.store))

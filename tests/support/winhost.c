@@ -22,7 +22,7 @@ static const clap_plugin *plugin;
 static const clap_gui *gui;
 static HWND frame;
 static double scale;
-static volatile LONG asked;
+static volatile LONG requested;
 
 static void say(const clap_host *h, int32_t severity, const char *line) {
     (void)h;
@@ -40,7 +40,7 @@ static void nothing(const clap_host *h) { (void)h; }
 
 static void ask(const clap_host *h) {
     (void)h;
-    InterlockedExchange(&asked, 1);
+    InterlockedExchange(&requested, 1);
 }
 
 static uint32_t no_events(const clap_in_events *l) {
@@ -48,7 +48,7 @@ static uint32_t no_events(const clap_in_events *l) {
     return 0;
 }
 
-static bool told(const clap_out_events *l, const clap_event *e) {
+static bool reported(const clap_out_events *l, const clap_event *e) {
     (void)l;
     const clap_param_value *v = (const clap_param_value *)e;
     const unsigned id = ((const clap_param_gesture *)e)->id;
@@ -106,13 +106,13 @@ static void play(int64_t time) {
     float *channel = sound;
     clap_audio_buffer out = {&channel, 0, 1, 0, 0};
     const clap_in_events events = {0, no_events, 0};
-    const clap_out_events taken = {0, told};
+    const clap_out_events taken = {0, reported};
     const clap_process block = {time, FRAMES, 0, 0, &out, 0, 1, &events, &taken};
     double peak = 0;
     plugin->process(plugin, &block);
     for (int k = 0; k < FRAMES; k++) peak = fmax(peak, fabs(sound[k]));
     if ((peak > LOUD) != loud) printf((loud = peak > LOUD) ? "loud\n" : "still\n");
-    if (InterlockedExchange(&asked, 0)) plugin->on_main_thread(plugin);
+    if (InterlockedExchange(&requested, 0)) plugin->on_main_thread(plugin);
 }
 
 int main(int count, char **words) {

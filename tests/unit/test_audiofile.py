@@ -96,7 +96,7 @@ def test_stereo(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "asked", "says"),
+    ("name", "requested", "says"),
     [
         ("a.mp3", {}, "its format must be wav, flac or ogg, not mp3"),
         ("a", {}, "its name tells no format; --format takes wav, flac or ogg"),
@@ -107,9 +107,9 @@ def test_stereo(tmp_path: Path) -> None:
         ("a.flac", {"rate": 96001}, "whole tens"),
     ],
 )
-def test_encodings_that_do_not_exist(name: str, asked: dict[str, str | int], says: str) -> None:
+def test_encodings_that_do_not_exist(name: str, requested: dict[str, str | int], says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        encoding(Path(name), **{"rate": RATE, **asked})  # type: ignore[arg-type]
+        encoding(Path(name), **{"rate": RATE, **requested})  # type: ignore[arg-type]
 
 
 def test_a_wav_file_ends_at_4_gigabytes() -> None:

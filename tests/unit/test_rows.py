@@ -11,7 +11,7 @@ import pytest
 from livebass.engine.prepare import fill
 from livebass.model.instrument import Player
 from livebass.preset import idle, keys
-from livebass.preset.keys import DATACLASSES, KEYS, allowed, checked
+from livebass.preset.keys import DATACLASSES, KEYS, check_value, limits_of
 from livebass.rows.parts import Coil, NeckLaw, PlayerNumbers, StringLaw
 from livebass.rows.row import BYTES, Limit, Word, choice, limits, number, record, rows, table, words
 
@@ -31,9 +31,9 @@ def test_a_row_is_all_that_a_new_number_of_the_player_needs(monkeypatch: pytest.
     made = {key.name: key for key in keys._rows("player")}
     key = made["nail_length"]
     assert (key.section, key.default, key.meaning) == ("player", "2 mm", "beyond the tip")
-    assert allowed(key) == "from 0 mm to 10 mm" and checked(key, "3 mm") == 0.003
+    assert limits_of(key) == "from 0 mm to 10 mm" and check_value(key, "3 mm") == 0.003
     with pytest.raises(ValueError, match="must be from 0 mm to 10 mm"):
-        checked(key, "11 mm")
+        check_value(key, "11 mm")
     assert made["nails"].default == 4
     assert "nail_length" in idle._group("pluck", "", lambda bass, part: True)[0].keys
 
@@ -64,9 +64,9 @@ def test_each_row_is_a_key_of_its_section(section: str) -> None:
 def test_the_limits_of_a_file_take_in_those_of_a_preset(cls: type) -> None:
     for name, row in rows(cls).items():
         if row.word is not None:
-            (file_least, file_most), (least, most) = row.limits, replace(row, file=None).limits
-            assert file_least <= least <= most <= file_most, name
-            assert file_least <= getattr(cls, name, least) <= file_most, name
+            (file_min, file_max), (minimum, maximum) = row.limits, replace(row, file=None).limits
+            assert file_min <= minimum <= maximum <= file_max, name
+            assert file_min <= getattr(cls, name, minimum) <= file_max, name
 
 
 def test_words_count_on_and_each_is_of_one_row() -> None:

@@ -50,7 +50,7 @@ interface Bass {
   strings: BassString[];
   pickups: {position: number, aperture: number, strings: number[]}[];
   body: number;
-  pluck: [nearest: number, usual: number, farthest: number];
+  pluck: [nearest: number, defaultValue: number, farthest: number];
   capo: number;
   frets: number;
   fretless: boolean;
@@ -87,9 +87,9 @@ interface PlayButton {
 }
 
 interface Parameter {
-  least: number;
-  most: number;
-  usual: number;
+  minimum: number;
+  maximum: number;
+  defaultValue: number;
   unit: string;
   whole: boolean;
   event: [kind: number, number: number];
@@ -129,7 +129,7 @@ interface PageData {
   buttons: PlayButton[];
   basses: Bass[];
   stories: Story[];
-  recorded?: RecordedNote; // livebass/web/recorded.py
+  recorded?: RecordedNote; // livebass/web/recorded_note.py
 }
 
 interface RecordedNote {
@@ -191,7 +191,7 @@ interface PlayerEvents {
   report: [report: PlayReport];
   sight: [sight: Sight];
   kept: [note: SeenNote]; // as much of a note was heard as a replay shows
-  told: [note: SeenNote]; // a note was heard for half a second
+  reported: [note: SeenNote]; // a note was heard for half a second
   songEnded: []; // a song came to its end
   songAt: [anchor: {from: number, at: number, tempo: number}]; // it plays its frame `at` at the frame `from`
   taped: [tape: {taped: Float32Array<ArrayBuffer>, last?: boolean}];
@@ -259,7 +259,7 @@ interface SeenNote {
   contacts: Hit[];
   of?: number; // the bass that played it
   wasKept?: boolean;
-  wasTold?: boolean;
+  wasReported?: boolean;
 }
 
 interface KeptNote extends MadeBass {
@@ -298,7 +298,7 @@ interface Stroke extends PlayButton {
 interface Way extends Stroke {
   holds: Set<string>;
   latched: boolean;
-  told: boolean;
+  sent: boolean;
 }
 
 interface Roll {
@@ -317,7 +317,7 @@ interface PageState {
   from: number;
   width: number;
   stroke?: Stroke;
-  toldStroke?: Stroke;
+  sentStroke?: Stroke;
   loud: number;
   late: number;
   watched: number;

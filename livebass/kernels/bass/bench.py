@@ -13,10 +13,10 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.kernels.string.law import frequency, resonance, tabled
+from livebass.kernels.player.performer import MAX_STRINGS
+from livebass.kernels.string.law import frequency, interpolate_rows, resonance
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
-from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
+from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
 from livebass.rows.row import rows
 
@@ -59,7 +59,7 @@ BENCH_STRING = np.dtype(
         ("own_across", "i8"),  # 1: v has its own neck: the next two and `longer_across`; 0: u's neck
         ("stop_conductance_across", "f8"),  # m/s/N
         ("higher_across", "f8"),  # factor by which the neck's bending is higher, Hz
-        *(word for name in LISTS for word in listed(name)),
+        *(word for name in LISTS for word in list_rows(name)),
     ],
     align=True,
 )
@@ -70,16 +70,16 @@ BENCH = np.dtype(
         ("frets", "i8"),  # played on every string
         ("tiers", "i8", (TIERS,)),  # modes of the open strings; 0: all the grid carries
         ("most_modes", "i8"),
-        ("string", BENCH_STRING, (MOST_STRINGS,)),
+        ("string", BENCH_STRING, (MAX_STRINGS,)),
         # Other values that the sliders move (change.py), as the bass has them:
-        ("contact_loss", "f8", (MOST_STRINGS,)),  # N s/m, and the force ...
-        ("pressing", "f8", (MOST_STRINGS,)),  # ... in N that divides it to give BENCH_STRING's contact_loss
+        ("contact_loss", "f8", (MAX_STRINGS,)),  # N s/m, and the force ...
+        ("pressing", "f8", (MAX_STRINGS,)),  # ... in N that divides it to give BENCH_STRING's contact_loss
         ("pickups", "i8"),  # of the bass, and of each:
         ("position", "f8", (PICKUPS,)),  # m from the saddle
         ("aperture", "f8", (PICKUPS,)),  # m
         ("decay_length", "f8", (PICKUPS,)),  # m
         ("pickup_level", "f8", (PICKUPS,)),
-        ("tap", "i8", (PICKUPS, MOST_STRINGS)),  # the pickup's tap on a string; -1: it does not sense the string
+        ("tap", "i8", (PICKUPS, MAX_STRINGS)),  # the pickup's tap on a string; -1: it does not sense the string
         ("a4", "f8"),  # Hz
         ("capacitance", "f8"),  # F
         ("rounding", "f8"),  # of the player, as the next four
@@ -175,9 +175,9 @@ def bow_surface(numbers, frets, count, first, rows):
 
 
 @jit
-def modes_of(wanted, most, note, open_length):
-    """Modes of a note if the open string (m) has `wanted` (0: all); at most what the grid carries, and `most`."""
-    full = min(note.grid_points - 1, most)
+def modes_of(wanted, maximum, note, open_length):
+    """Modes of a note if the open string (m) has `wanted` (0: all); at most what the grid carries, and `maximum`."""
+    full = min(note.grid_points - 1, maximum)
     if wanted == 0:
         return full
     return max(1, min(full, np.int64(np.rint(wanted * note.length / open_length))))
@@ -270,7 +270,7 @@ def toward_nut(string, numbers, stop, nu):
         real += a
         imaginary += a_imaginary
     part = numbers[parts + string.resonances_count]
-    a, b = tabled(numbers, string.table, string.table_count, part, nu)
+    a, b = interpolate_rows(numbers, string.table, string.table_count, part, nu)
     return nu * real + a, nu * imaginary + b
 
 

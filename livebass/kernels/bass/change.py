@@ -34,7 +34,7 @@ from livebass.kernels.bass.kept import KEPT, LISTS_COUNT, LOSSES, take_file
 from livebass.kernels.machine.elementary import exp, exp2
 from livebass.kernels.machine.native import floats_at, record_address, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under, under_tension
-from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES
+from livebass.kernels.string.preparing import ALL, MAX_WORDS, NOTE_BYTES
 from livebass.rows.techniques import (
     ACTION,
     CABLE,
@@ -89,10 +89,10 @@ NAME_PLACE = FILE.fields["name"][1]  # type: ignore[index]  # from there on FILE
 BENCH_PLACE = CHANGE.fields["kept"][1] + KEPT.fields["bench"][1]  # type: ignore[index]
 
 MM, PERCENT, PICO, DEGREE = 1e-3, 1e-2, 1e-12, math.pi / 180.0
-LEAST_CAPACITANCE = 50e-12  # F
+MIN_CAPACITANCE = 50e-12  # F
 STEEPEST = 1.55  # rad from straight up
-MOST_SLACK = 2.0  # times the pull: nobody pulls a slack string farther
-LEAST_FRETS = 3  # that a neck needs for action, relief and nut to set its heights
+MAX_SLACK = 2.0  # times the pull: nobody pulls a slack string farther
+MIN_FRETS = 3  # that a neck needs for action, relief and nut to set its heights
 APART = 1.0  # Hz between resonances of the neck, at least
 
 
@@ -105,7 +105,7 @@ def measure_change(address):
         return np.int64(state)
     bench, count = change.kept.bench, change.count
     measure_lists(bench)
-    if bench.room > MOST_WORDS:
+    if bench.room > MAX_WORDS:
         return np.int64(DAMAGED)
     notes, strings = bench.strings * (bench.frets + 1), 0
     for i in range(bench.strings):
@@ -222,7 +222,7 @@ def move_pickups(bench, numbers, value):
     Nearer to the strings is louder: the flux falls by a factor of e per decay length.
     """
     if value[CABLE] != 0.0:
-        bench.capacitance = max(bench.capacitance + PICO * value[CABLE], LEAST_CAPACITANCE)
+        bench.capacitance = max(bench.capacitance + PICO * value[CABLE], MIN_CAPACITANCE)
     room = np.inf
     for i in range(bench.strings):
         room = min(room, bench.string[i].length - end_of_neck(bench.string[i], numbers))
@@ -297,7 +297,7 @@ def move_neck(bench, numbers, value):
     for i in range(bench.strings):
         string = bench.string[i]
         frets, count = string.frets, string.frets_count
-        if string.capo or count < LEAST_FRETS or (string.surface_count > 0 and not string.bowed):
+        if string.capo or count < MIN_FRETS or (string.surface_count > 0 and not string.bowed):
             continue
         moved, part = True, 1.0
         if lowest > 0.0:
@@ -342,7 +342,7 @@ def take_bench(bench, instrument):
         instrument.open_note[i] += bench.string[i].shifted
         if bench.string[i].retuned != 1.0:
             square = bench.string[i].retuned * bench.string[i].retuned
-            instrument.slack[i] = min(instrument.slack[i] / square, MOST_SLACK)
+            instrument.slack[i] = min(instrument.slack[i] / square, MAX_SLACK)
         instrument.stretch[i] = bench.string[i].axial_stiffness / (2 * (bench.string[i].length + BEYOND))
         for p in range(bench.pickups):
             k = bench.tap[p, i]
@@ -354,15 +354,15 @@ def take_bench(bench, instrument):
 @jit
 def choose_tiers(kept, bench, instrument):
     """Picks the tiers that the lowest fret loss calls for, or the lowest board loss if there is a board."""
-    board, least = False, np.inf
+    board, minimum = False, np.inf
     for i in range(bench.strings):
         board |= bench.string[i].surface_count > 0
     for i in range(bench.strings):
         if (bench.string[i].surface_count > 0) == board:
-            least = min(least, bench.string[i].contact_loss)
+            minimum = min(minimum, bench.string[i].contact_loss)
     found = 0
     for k in range(LOSSES):
-        if least >= kept.from_loss[k]:
+        if minimum >= kept.from_loss[k]:
             found = k
     for tier in range(TIERS):
         bench.tiers[tier] = kept.modes[found, tier]

@@ -19,9 +19,9 @@ from livebass.kernels.bass.instrument import (
     words_before_numbers,
 )
 from livebass.kernels.machine.native import floats_at, record_address, words_at
-from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
-from livebass.kernels.string.records import BLOCK, DOUBLE, MOST_ANSWERS, MOST_NEAR, ROW
+from livebass.kernels.player.performer import MAX_STRINGS
+from livebass.kernels.string.preparing import LISTS, MAX_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
+from livebass.kernels.string.records import BLOCK, DOUBLE, MAX_ANSWERS, MAX_NEAR, ROW
 from livebass.rows.row import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
@@ -29,9 +29,9 @@ jit = compiled(attributes=SMALL)
 # Return values of `check_file`
 GOOD, FOREIGN, DAMAGED, LATER = range(4)  # LATER: only `take_file`
 # Limits of the words of an INSTRUMENT, then of a NOTE: columns as rows.Limit
-LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS)])
-NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE
-PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
+LIMITS = table([*limits(INSTRUMENT_WORDS, MAX_STRINGS), *limits(NOTE_WORDS)])
+NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MAX_STRINGS))  # the first of a NOTE
+PLACE, COUNT, PER_STRING, WHOLE, MINIMUM, MAXIMUM = range(6)
 NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
 TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
 
@@ -45,7 +45,7 @@ def checksum(address, count):
 @entry("int64(int64, int64)", SMALL)
 def check_file(address, size):
     """Returns GOOD for the image of `size` bytes at an address, or the reason it cannot be played."""
-    if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:
+    if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MAX_WORDS:
         return np.int64(FOREIGN)
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
@@ -93,11 +93,11 @@ def checksum_of(address, count):
 
 
 @jit
-def all_within(address, count, least, most):
-    """True if `count` float64 at an address are numbers from `least` to `most`."""
+def all_within(address, count, minimum, maximum):
+    """True if `count` float64 at an address are numbers from `minimum` to `maximum`."""
     numbers, good = floats_at(address, count), True
     for k in range(count):
-        if not least <= numbers[k] <= most:
+        if not minimum <= numbers[k] <= maximum:
             good = False
     return good
 
@@ -112,7 +112,7 @@ def are_within(address, first, last, strings):
         whole, numbers = words_at(place, count), floats_at(place, count)
         for k in range(count):
             x = np.float64(whole[k]) if LIMITS[row, WHOLE] > 0.0 else numbers[k]
-            if not LIMITS[row, LEAST] <= x <= LIMITS[row, MOST]:
+            if not LIMITS[row, MINIMUM] <= x <= LIMITS[row, MAXIMUM]:
                 return False
     return True
 
@@ -120,11 +120,11 @@ def are_within(address, first, last, strings):
 @jit
 def is_instrument(instrument):
     """True if kernels can take the numbers of an INSTRUMENT."""
-    strings = min(max(instrument.strings, 0), MOST_STRINGS)
+    strings = min(max(instrument.strings, 0), MAX_STRINGS)
     if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
         return False
     for i in range(strings):
-        if answers_of(instrument, i) > MOST_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
+        if answers_of(instrument, i) > MAX_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
             return False
     return True
 
@@ -140,7 +140,7 @@ def is_note(address, sensed, where, numbers):
         if count > numbers or first > numbers - (1 if sensed and place == TAPS else width) * count:
             return False
     note = note_at(address)
-    if note.obstacles_count > MOST_NEAR or note.surface_count == 1:
+    if note.obstacles_count > MAX_NEAR or note.surface_count == 1:
         return False
     for k in range(note.obstacles_count):
         x = floats_at(where + DOUBLE * (note.obstacles + 2 * k), 1)[0]

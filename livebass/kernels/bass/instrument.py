@@ -8,20 +8,20 @@ effects' impulse response, float64; and a checksum. All words have 8 bytes, litt
 import numpy as np
 
 from livebass.compiling import SMALL, compiled
-from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
+from livebass.kernels.effects.records import LONGEST, MAX_RATE, MIN_RATE
 from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.pickup.coil import CIRCUIT_WORDS
 from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE_WORDS, STROKES
-from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS
-from livebass.kernels.string.preparing import MOST_WORDS, NOTE_BYTES
-from livebass.kernels.string.records import LINE, MOST_ANSWERS
+from livebass.kernels.player.performer import ANSWERS_WHEN, MAX_STRINGS
+from livebass.kernels.string.preparing import MAX_WORDS, NOTE_BYTES
+from livebass.kernels.string.records import LINE, MAX_ANSWERS
 from livebass.rows.parts import Knobs
 from livebass.rows.row import TINY, Word, record, words
 
 jit = compiled(attributes=SMALL)
 
-MOST_PICKUPS = 4
-MOST_FRETS = 127
+MAX_PICKUPS = 4
+MAX_FRETS = 127
 BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 # Tiers of precision: two qualities, and the fallback for overload
 LIVE, STUDIO, COARSE, TIERS = 0, 1, 2, 3
@@ -31,8 +31,8 @@ TIER_WORDS = [
 ]
 TIER = record(TIER_WORDS)
 INSTRUMENT_WORDS = [
-    Word("strings", "i8", 1, MOST_STRINGS),
-    Word("frets", "i8", 0, MOST_FRETS),
+    Word("strings", "i8", 1, MAX_STRINGS),
+    Word("frets", "i8", 0, MAX_FRETS),
     Word("sensed", "i8", 0, 1),  # 1: the output is the displacement at sensors, 0: through pickups
     Word("slap", "i8", 0, 1),  # 1: the thumb strikes the lower strings
     Word("drop", "i8", 0, 1),  # 1: notes out of range are dropped
@@ -46,26 +46,26 @@ INSTRUMENT_WORDS = [
     Word("key_map", KEY_MAP_WORDS),
     Word("part", "f8", 0.0, 1.0, (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
     Word("wheel_slides", "i8", 0, 1),  # 1: the pitch wheel slides along the frets
-    Word("open_note", "i8", 0, 127, (MOST_STRINGS,)),
-    Word("answering_modes", "i8", 0, MOST_ANSWERS, (MOST_STRINGS,)),  # of each string: modes that may answer others
-    Word("pickups", "i8", 0, MOST_PICKUPS, (MOST_STRINGS,)),  # of each string, and of each pickup:
-    Word("decay", "f8", 0.0, shape=(MOST_STRINGS, MOST_PICKUPS)),  # 1/m
-    Word("mix", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
-    Word("across", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
-    Word("stretch", "f8", shape=(MOST_STRINGS,)),  # N/m, E A over twice the stretching length
-    Word("slack", "f8", 1e-3, 1e3, (MOST_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
-    Word("called", "i8", 0, 11, (MOST_STRINGS,)),  # pitch class that calls it from key switches
-    Word("saddle", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),  # m, from the saddle; also of sensors, for u and v
-    Word("aperture", "f8", 0.0, 1.0, (MOST_STRINGS, MOST_PICKUPS)),  # m
-    Word("winding", "f8", 0.0, 1.0, (MOST_STRINGS,)),  # m, pitch of the winding; 0: flatwound
-    Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
+    Word("open_note", "i8", 0, 127, (MAX_STRINGS,)),
+    Word("answering_modes", "i8", 0, MAX_ANSWERS, (MAX_STRINGS,)),  # of each string: modes that may answer others
+    Word("pickups", "i8", 0, MAX_PICKUPS, (MAX_STRINGS,)),  # of each string, and of each pickup:
+    Word("decay", "f8", 0.0, shape=(MAX_STRINGS, MAX_PICKUPS)),  # 1/m
+    Word("mix", "f8", shape=(MAX_STRINGS, MAX_PICKUPS)),
+    Word("across", "f8", shape=(MAX_STRINGS, MAX_PICKUPS)),
+    Word("stretch", "f8", shape=(MAX_STRINGS,)),  # N/m, E A over twice the stretching length
+    Word("slack", "f8", 1e-3, 1e3, (MAX_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
+    Word("called", "i8", 0, 11, (MAX_STRINGS,)),  # pitch class that calls it from key switches
+    Word("saddle", "f8", shape=(MAX_STRINGS, MAX_PICKUPS)),  # m, from the saddle; also of sensors, for u and v
+    Word("aperture", "f8", 0.0, 1.0, (MAX_STRINGS, MAX_PICKUPS)),  # m
+    Word("winding", "f8", 0.0, 1.0, (MAX_STRINGS,)),  # m, pitch of the winding; 0: flatwound
+    Word("fretless", "i8", 0, 1, (MAX_STRINGS,)),  # 1: a finger slides along it without steps
     # Of each string: 1 + the index, among the numbers, of the contact heights (m) of its open note by which the hand
     # measures its force, in a row; 0: the note's own heights
-    Word("hand", "i8", 0, MOST_WORDS, (MOST_STRINGS,)),
+    Word("hand", "i8", 0, MAX_WORDS, (MAX_STRINGS,)),
     Word("strokes", STROKE_WORDS, shape=(STROKES,)),
     *words(Knobs),
-    Word("response_rate", "f8", LEAST_RATE, MOST_RATE),  # Hz
-    Word("response_count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples; 0: the effects have no response
+    Word("response_rate", "f8", MIN_RATE, MAX_RATE),  # Hz
+    Word("response_count", "i8", 0, int(LONGEST * MAX_RATE)),  # samples; 0: the effects have no response
 ]
 INSTRUMENT = record(INSTRUMENT_WORDS)
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
@@ -74,7 +74,7 @@ FILE = np.dtype(
         ("magic", "i8"),
         ("words", "i8"),  # of the whole image
         ("name", "u1", (64,)),  # UTF-8, padded with zeros
-        ("string_names", "u1", (MOST_STRINGS, 16)),
+        ("string_names", "u1", (MAX_STRINGS, 16)),
         ("instrument", INSTRUMENT),
     ],
     align=True,

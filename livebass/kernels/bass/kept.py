@@ -18,11 +18,11 @@ import numpy as np
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.bass.bench import BENCH, LISTS, PICKUPS
 from livebass.kernels.bass.check import DAMAGED, FOREIGN, GOOD, LATER, all_within, checksum_of
-from livebass.kernels.bass.instrument import INSTRUMENT, MOST_FRETS, TIERS, WORD
+from livebass.kernels.bass.instrument import INSTRUMENT, MAX_FRETS, TIERS, WORD
 from livebass.kernels.machine.native import record_address, record_at, words_at
-from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.kernels.string.preparing import MOST_WORDS
-from livebass.kernels.string.records import MOST_ANSWERS, MOST_NEAR
+from livebass.kernels.player.performer import MAX_STRINGS
+from livebass.kernels.string.preparing import MAX_WORDS
+from livebass.kernels.string.records import MAX_ANSWERS, MAX_NEAR
 from livebass.rows.row import LARGEST
 
 jit = compiled(attributes=SMALL)
@@ -35,9 +35,9 @@ LISTS_KEPT = ("numbers", "hand_heights", "response")  # float64: of the strings;
 KEPT = np.dtype(
     [
         ("name", "u1", (64,)),  # UTF-8, padded with zeros
-        ("string_names", "u1", (MOST_STRINGS, 16)),
+        ("string_names", "u1", (MAX_STRINGS, 16)),
         ("instrument", INSTRUMENT),  # `hand`: 1 + the first of a string's `hand_heights`
-        ("hand_count", "i8", (MOST_STRINGS,)),  # heights from there on: the contacts of its open note
+        ("hand_count", "i8", (MAX_STRINGS,)),  # heights from there on: the contacts of its open note
         ("hand_stays", "i8"),  # 1: the hand measures its force by them, even if no slider moves the neck
         ("from_loss", "f8", (LOSSES,)),  # s/m, ascending, the start of each range
         ("modes", "i8", (LOSSES, TIERS)),  # as BENCH.tiers
@@ -124,7 +124,7 @@ STRING_KIND: np.dtype[Any] = BENCH.fields["string"][0].subdtype[0]  # type: igno
 STRING_BYTES = STRING_KIND.itemsize
 FLAGS = ("paper_law", "capo", "bowed", "own_across")
 WHOLE_LIMITS = {
-    "answering_modes": (0, MOST_ANSWERS), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
+    "answering_modes": (0, MAX_ANSWERS), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
     **dict.fromkeys(FLAGS, (0, 1)),
 }  # fmt: skip
 
@@ -135,8 +135,8 @@ def string_limits() -> np.ndarray[Any, np.dtype[np.float64]]:
     assert STRING_KIND.fields
     for name, (kind, *_) in STRING_KIND.fields.items():
         whole = kind.kind == "i"
-        least, most = WHOLE_LIMITS.get(name, (0, MOST_WORDS) if whole else (-LARGEST, LARGEST))
-        made.append((float(whole), float(least), float(most)))
+        minimum, maximum = WHOLE_LIMITS.get(name, (0, MAX_WORDS) if whole else (-LARGEST, LARGEST))
+        made.append((float(whole), float(minimum), float(maximum)))
     return np.array(made)
 
 
@@ -152,8 +152,8 @@ OTHERS = np.array(
     ],
     np.int64,
 )
-LEAST_LENGTH, MOST_LENGTH, LEAST_STEP, MOST_STEP = 0.05, 5.0, 1e-4, 0.1  # m, of a string; of its grid
-LEAST_BOARD = 4  # rows of a bowed board
+MIN_LENGTH, MAX_LENGTH, MIN_STEP, MAX_STEP = 0.05, 5.0, 1e-4, 0.1  # m, of a string; of its grid
+MIN_BOARD = 4  # rows of a bowed board
 
 
 @jit
@@ -163,7 +163,7 @@ def take_file(change):
     A field that the file lacks is zero. Returns as `check_file`.
     """
     size = change.size
-    if size < HEAD_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:
+    if size < HEAD_BYTES + WORD or size % WORD != 0 or size > WORD * MAX_WORDS:
         return np.int64(FOREIGN)
     head, last = head_at(change.file), size // WORD - 1
     if head.magic != KEPT_MAGIC:
@@ -219,7 +219,7 @@ def is_kept(change):
     """True if the BENCH of a CHANGE that was just read is safe for the kernels, with its lists."""
     kept = change.kept
     bench, instrument, numbers = kept.bench, kept.instrument, change.count[0]
-    if not 1 <= bench.strings <= MOST_STRINGS or not 0 <= bench.frets <= MOST_FRETS:
+    if not 1 <= bench.strings <= MAX_STRINGS or not 0 <= bench.frets <= MAX_FRETS:
         return False
     if bench.strings != instrument.strings or bench.frets != instrument.frets:
         return False
@@ -260,10 +260,10 @@ def is_string(bench, i, numbers, answering):
         wide = LIST_ROWS[k, 1] if LIST_ROWS[k, 1] > 0 else string.tap_width
         if first + wide * count > numbers:
             return False
-    if not LEAST_LENGTH <= string.length <= MOST_LENGTH or not LEAST_STEP <= string.grid_step <= MOST_STEP:
+    if not MIN_LENGTH <= string.length <= MAX_LENGTH or not MIN_STEP <= string.grid_step <= MAX_STEP:
         return False
     places, resonances = string.frets_count + 1, string.resonances_count
-    if not frets < places <= MOST_NEAR + 1 or string.pitches_count < places or string.surface_count == 1:
+    if not frets < places <= MAX_NEAR + 1 or string.pitches_count < places or string.surface_count == 1:
         return False
     if string.bending_count < resonances or string.parts_count < places * (resonances + 1):
         return False
@@ -272,4 +272,4 @@ def is_string(bench, i, numbers, answering):
     for p in range(bench.pickups):
         if not -1 <= bench.tap[p, i] < string.taps_count:
             return False
-    return string.bowed == 0 or string.surface_count >= LEAST_BOARD
+    return string.bowed == 0 or string.surface_count >= MIN_BOARD

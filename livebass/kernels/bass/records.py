@@ -8,10 +8,10 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.machine.noise import BAND
-from livebass.kernels.player.performer import MOST_EVENTS, MOST_STRINGS
-from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MOST_NEAR, SINGLE, VOICE
+from livebass.kernels.player.performer import MAX_EVENTS, MAX_STRINGS
+from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MAX_NEAR, SINGLE, VOICE
 
-EVENT_ROOM = 65 * MOST_EVENTS
+EVENT_ROOM = 65 * MAX_EVENTS
 SAVES = 64  # saved states that a string keeps
 SOUND_RING = 4096  # frames of sound that a string keeps
 WORD = 8  # bytes
@@ -22,10 +22,10 @@ ANSWER_ROWS = 3  # saved per answer
 
 
 @jit
-def kept(op):
+def saved_bytes(op):
     """Returns the bytes that save u and v on an operator."""
     modes = MODE_ROWS * (DOUBLE * op.split + SINGLE * (op.padded - op.split))
-    groups = GROUP_ROWS * GROUP_ROOM if op.points > MOST_NEAR else 0
+    groups = GROUP_ROWS * GROUP_ROOM if op.points > MAX_NEAR else 0
     return modes + DOUBLE * (POINT_ROWS * op.points + groups), modes + DOUBLE * ACROSS_ROWS * op.points
 
 
@@ -39,7 +39,7 @@ AHEAD = np.dtype(
         ("memory", "i8"),  # address: motion, contact points and groups, of each slot of each saved state: first ...
         ("kept_u", "i8"),  # ... so many bytes of u ...
         ("kept_v", "i8"),  # ... then so many of v
-        ("answers", "i8"),  # address: float64 (SAVES, ANSWER_ROWS, MOST_ANSWERS), if strings may answer
+        ("answers", "i8"),  # address: float64 (SAVES, ANSWER_ROWS, MAX_ANSWERS), if strings may answer
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
         ("events", "i8"),  # index of its first event in the bass's string_events ...
         ("count", "i8"),  # ... and number of events, in this chunk
@@ -76,11 +76,11 @@ BASS = np.dtype(
         ("frets", "i8"),
         ("coarse", "i8"),  # strings on the coarse operators, a bit each
         ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
-        ("string", "i8", (MOST_STRINGS,)),  # address: STRING
+        ("string", "i8", (MAX_STRINGS,)),  # address: STRING
         ("performer", "i8"),
         ("events", "i8"),  # EVENT (EVENT_ROOM,), of all strings
         ("string_events", "i8"),  # EVENT (EVENT_ROOM,), by string
-        ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
+        ("ahead", "i8", (MAX_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # the synth's frame when this bass began
         ("of", "i8"),  # as BUILDING
         ("tones", "i8"),  # the strings' filters (tone.py)

@@ -28,7 +28,7 @@ from livebass.kernels.bass.records import (
     WORD,
     ahead_at,
     bass_at,
-    kept,
+    saved_bytes,
 )
 from livebass.kernels.bass.strings import (
     connect_pickups,
@@ -49,14 +49,14 @@ from livebass.kernels.string.glide import BETWEEN_BYTES
 from livebass.kernels.string.records import (
     CONTACT,
     EVENT,
-    MOST_ANSWERS,
-    MOST_NEAR,
+    MAX_ANSWERS,
+    MAX_NEAR,
     OPERATOR,
     SLOT_STATE,
     STRING,
     VOICE_SLOTS,
 )
-from livebass.kernels.string.told import TOLD_BYTES
+from livebass.kernels.string.reports import REPORTS_BYTES
 from livebass.rows.units import OFF
 
 jit = compiled(attributes=SMALL)
@@ -88,9 +88,9 @@ BUILDING = np.dtype(
         ("response_count", "i8"),
         ("response_rate", "f8"),
         ("of", "i8"),  # versions of the same bass have the same number, and carry on each other's notes; 0: none
-        # for displays (told.py): contacts and events that each string keeps; 0: none
+        # for displays (reports.py): contacts and events that each string keeps; 0: none
         ("log_room", "i8"),
-        ("told_room", "i8"),
+        ("report_room", "i8"),
     ],
     align=True,
 )
@@ -112,7 +112,7 @@ def bytes_kept(building, i):
     for which in range(2):
         ops = operators_at(building.operators[which], instrument.strings, instrument.frets + 1)
         for fret in range(instrument.frets + 1):
-            u, v = kept(ops[i, fret])
+            u, v = saved_bytes(ops[i, fret])
             of_u, of_v = max(of_u, u), max(of_v, v)
     return of_u, of_v
 
@@ -127,7 +127,7 @@ def bytes_ahead(saved, answers):
         return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
     states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
     motion = lines(SAVES * VOICE_SLOTS * saved)
-    answering = lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0
+    answering = lines(WORD * SAVES * ANSWER_ROWS * MAX_ANSWERS) if answers > 0 else 0
     return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
 
 
@@ -140,7 +140,7 @@ def measure_bass(address):
     for i in range(instrument.strings):
         of_u, of_v = bytes_kept(building, i)
         needed += bytes_of_string(instrument, i) + bytes_ahead(of_u + of_v, answers_of(instrument, i))
-        needed += bytes_told(building)
+        needed += report_bytes(building)
     take_response_of_file(building)
     needed += lines(bytes_of_effects(building.response_count, building.response_rate, building.rate))
     building.bytes = needed
@@ -153,11 +153,11 @@ def bytes_of_string(instrument, i):
 
 
 @jit
-def bytes_told(building):
+def report_bytes(building):
     """Bytes that a string keeps for displays."""
     kept = lines(CONTACT_BYTES * building.log_room)
-    if building.told_room > 0:
-        kept += TOLD_BYTES + lines(EVENT_BYTES * building.told_room)
+    if building.report_room > 0:
+        kept += REPORTS_BYTES + lines(EVENT_BYTES * building.report_room)
     return kept
 
 
@@ -176,7 +176,7 @@ def ends_soon(b):
     """True if all strings lie over frets that lose energy on contact."""
     ops, lasting = operators_at(b.operators[0], b.strings, b.frets + 1), 0
     for i in range(b.strings):
-        lasting += ops[i, 0].points > MOST_NEAR or ops[i, 0].loss == 0.0
+        lasting += ops[i, 0].points > MAX_NEAR or ops[i, 0].loss == 0.0
     return lasting == 0
 
 
@@ -227,9 +227,9 @@ def fill_bass(address):
         place = b.ahead[i] + bytes_ahead(of_u + of_v, others)
         string.voice.log = place
         string.voice.log_room = building.log_room
-        string.voice.told = place + lines(CONTACT_BYTES * building.log_room)
-        string.voice.told_room = building.told_room
-        place += bytes_told(building)
+        string.voice.reports = place + lines(CONTACT_BYTES * building.log_room)
+        string.voice.report_room = building.report_room
+        place += report_bytes(building)
     player = instrument.player
     if (player.floor_noise > OFF or player.hum > OFF) and note > 0.0:
         pole = string_at(b.string[0]).voice.gain_pole
@@ -256,4 +256,4 @@ def lay_out_ahead(address, of_u, of_v, answers):
     a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
     a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
     a.answers = a.memory + lines(SAVES * VOICE_SLOTS * (of_u + of_v))
-    a.sound = a.answers + (lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0)
+    a.sound = a.answers + (lines(WORD * SAVES * ANSWER_ROWS * MAX_ANSWERS) if answers > 0 else 0)

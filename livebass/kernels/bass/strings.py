@@ -3,7 +3,7 @@
 import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
-from livebass.kernels.bass.instrument import MOST_PICKUPS, WORD, copy_words, instrument_at
+from livebass.kernels.bass.instrument import MAX_PICKUPS, WORD, copy_words, instrument_at
 from livebass.kernels.hands.noise import LATER, tune_noises
 from livebass.kernels.hands.sliding import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
@@ -14,7 +14,7 @@ from livebass.kernels.pickup.coil import CIRCUIT, COIL
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import make_controls
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
-from livebass.kernels.player.performer import MOST_STRINGS, performer_at
+from livebass.kernels.player.performer import MAX_STRINGS, performer_at
 from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_corner
 from livebass.kernels.string import answers
 from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
@@ -77,7 +77,7 @@ def connect_pickups(string, instrument, i, coil):
     voice.squeak = amplitude(player.squeak)
     voice.winding = instrument.winding[i] if voice.squeak > 0.0 else 0.0
     voice.fretless = instrument.fretless[i]
-    for k in range(MOST_PICKUPS):
+    for k in range(MAX_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
         voice.mix[k] = instrument.mix[i, k]
         voice.level[k] = voice.mix[k]
@@ -180,11 +180,11 @@ def make_performer(p, instrument, seed):
     copy_record(p.player, instrument.player)
     copy_record(p.key_map, instrument.key_map)
     fill_strokes(p, instrument.strokes)
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         p.hands.key[i] = -1
     for velocity in range(KEYS):
         p.part[velocity] = instrument.part[velocity]
-    p.usual_slapped = p.player.slapped_strings if instrument.slap else 0
+    p.default_slapped = p.player.slapped_strings if instrument.slap else 0
     p.wheel_slides = instrument.wheel_slides
     p.answering = instrument.answering
     p.drop = instrument.drop
@@ -194,8 +194,8 @@ def make_performer(p, instrument, seed):
     p.dynamics = 1.0
     p.hand_damping = p.player.hand_damping
     p.unevenness = p.player.unevenness
-    p.slapped = p.usual_slapped
-    p.usual_stroke = p.stroke = instrument.stroke
+    p.slapped = p.default_slapped
+    p.default_stroke = p.stroke = instrument.stroke
     p.forced = -1
     p.hands.place = 1
     make_controls(p)

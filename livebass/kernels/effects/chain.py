@@ -26,7 +26,7 @@ from livebass.kernels.machine.native import floats_at, samples_at
 COMPRESSION, DRIVE = range(KNOBS)  # in the order of techniques.EFFECTS
 SETTLES = 1.0  # s of silence, beyond the response, after which a sound is gone
 NOTHING = 1e-200  # smaller states become zero: numbers never become denormal
-LEAST_SAMPLE = 1.1754943508222875e-38  # normal, of a float32
+MIN_SAMPLE = 1.1754943508222875e-38  # normal, of a float32
 
 
 @jit
@@ -57,9 +57,9 @@ def may_be_heard(e, knobs, n, stride):
     if knobs == 0:
         return False
     for which in range(KNOBS):
-        asked = floats_at(knobs + WORD * stride * which, n)
+        requested = floats_at(knobs + WORD * stride * which, n)
         for j in range(n):
-            if asked[j] > 0.0:
+            if requested[j] > 0.0:
                 return True
     return False
 
@@ -83,11 +83,11 @@ def play_effects(e, sound, heard, frame, knobs, stride, n):
         m = min(PART - place, n - done)
         for which in range(KNOBS):
             for j in range(m):
-                e.asked[which, j] = 0.0
+                e.requested[which, j] = 0.0
             if knobs != 0:
-                asked = floats_at(knobs + WORD * (stride * which + done), m)
+                requested = floats_at(knobs + WORD * (stride * which + done), m)
                 for j in range(m):
-                    e.asked[which, j] = asked[j]
+                    e.requested[which, j] = requested[j]
         if frame + done == 0:
             begin(e)
         play_part(e, sound[done : done + m], heard[done : done + m], place, m)
@@ -101,9 +101,9 @@ def play_effects(e, sound, heard, frame, knobs, stride, n):
 @jit
 def begin(e):
     """Sets the knobs to the first frame's values immediately."""
-    wanted = e.asked[COMPRESSION, 0] if e.asked[COMPRESSION, 0] > 0.0 else e.own_compression
+    wanted = e.requested[COMPRESSION, 0] if e.requested[COMPRESSION, 0] > 0.0 else e.own_compression
     e.compression = wanted
-    wanted = e.asked[DRIVE, 0] if e.asked[DRIVE, 0] > 0.0 else e.own_drive
+    wanted = e.requested[DRIVE, 0] if e.requested[DRIVE, 0] > 0.0 else e.own_drive
     if wanted > 0.0:
         set_drive(e, wanted)
         e.wet = 1.0
@@ -117,8 +117,8 @@ def play_part(e, sound, heard, place, n):
         e.heard[j] = 0.0
         if sound[j] != 0.0:
             e.idle = 0
-    compress(e, e.asked[COMPRESSION], n)
-    drive_valve(e, e.asked[DRIVE], n)
+    compress(e, e.requested[COMPRESSION], n)
+    drive_valve(e, e.requested[DRIVE], n)
     convolve(e, place, n)
     for j in range(n):
         heard[j] = np.float32(e.heard[j])
@@ -127,7 +127,7 @@ def play_part(e, sound, heard, place, n):
             continue
         e.quiet = e.quiet + 1 if sound[j] == 0.0 else 0
         y = e.sound[j]
-        sound[j] = np.float32(y if abs(y) >= LEAST_SAMPLE else 0.0)
+        sound[j] = np.float32(y if abs(y) >= MIN_SAMPLE else 0.0)
 
 
 @jit

@@ -55,12 +55,12 @@ def follow_knob(value, wanted, step):
 
 
 @jit
-def compress(e, asked, n):
-    """Compresses n frames of an EFFECTS' sound; the knob is `asked`, (n,), or the bass's own where that is 0."""
+def compress(e, requested, n):
+    """Compresses n frames of an EFFECTS' sound; the knob is `requested`, (n,), or the bass's own where that is 0."""
     step = 1.0 - exp(-1.0 / (FOLLOWS * e.rate))
     attack, release = exp(-1.0 / (ATTACK * e.rate)), exp(-1.0 / (RELEASE * e.rate))
     for j in range(n):
-        wanted = asked[j] if asked[j] > 0.0 else e.own_compression
+        wanted = requested[j] if requested[j] > 0.0 else e.own_compression
         if e.compression != wanted:
             e.compression = follow_knob(e.compression, wanted, step)
         if e.compression == 0.0:

@@ -10,7 +10,7 @@ PART = 128  # frames of a partition of the response: the first is convolved dire
 TURNS = 2 * PART  # points of the Fourier transform
 BINS = PART + 1  # of the spectrum of a real signal
 LONGEST = 1.0  # s, of a response
-LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz, of a response
+MIN_RATE, MAX_RATE = 8000, 192_000  # Hz, of a response
 LATE = 24  # samples of delay of a resampled response: half the interpolation's length
 WORD = 8  # bytes
 ALLPASSES = 8  # of a half-band filter
@@ -53,7 +53,7 @@ EFFECTS = np.dtype(
         ("turns", "i8"),  # cosines and sines of its turns, (2, PART)
         ("spectra", "i8"),  # of the other partitions, (parts, 2, BINS)
         ("inputs", "i8"),  # spectra of the input, the same shape: a ring
-        ("asked", "f8", (KNOBS, PART)),  # requested knobs for each frame; 0: the bass's own
+        ("requested", "f8", (KNOBS, PART)),  # requested knobs for each frame; 0: the bass's own
         ("sound", "f8", (PART,)),  # as computed so far
         ("heard", "f8", (PART,)),  # 1 for a frame that any effect has changed, else 0 ...
         ("flags", "f4", (PART,)),  # ... the same, for `add_effects`

@@ -31,7 +31,7 @@ SLICE = 10e-3  # s
 NOTHING = 1e-15  # a response with no louder sample is silent
 # A bass's spectrum, for the level: equal power in each octave around MIDDLE, less below LOWEST and above HIGHEST
 LOWEST, MIDDLE, HIGHEST = 40.0, 150.0, 5000.0  # Hz
-MOST_GAIN = 16.0  # for a set level, on average over 24 kHz: a response of only high notes must not become a scream
+MAX_GAIN = 16.0  # for a set level, on average over 24 kHz: a response of only high notes must not become a scream
 BAND = 48_000.0  # Hz
 
 
@@ -95,15 +95,15 @@ def set_level(samples, count, rate, loudest):
     for k in range(count):
         samples[k] /= loudest
     energy = np.float64(power_of(samples, 0, count)) * max(1.0, rate / BAND)
-    most = MOST_GAIN / np.sqrt(energy)
-    gain = np.sqrt(weighted(samples, 0, rate) / max(weighted(samples, count, rate), 1e-30))
-    gain = min(gain, most)
+    maximum = MAX_GAIN / np.sqrt(energy)
+    gain = np.sqrt(weighted_energy(samples, 0, rate) / max(weighted_energy(samples, count, rate), 1e-30))
+    gain = min(gain, maximum)
     for k in range(count):
         samples[k] *= gain
 
 
 @jit
-def weighted(samples, count, rate):
+def weighted_energy(samples, count, rate):
     """Energy of `count` samples (0: a single sample of 1), weighted by a bass's spectrum."""
     low = 1.0 - exp(-2.0 * np.pi * LOWEST / rate)
     middle = 1.0 - exp(-2.0 * np.pi * MIDDLE / rate)

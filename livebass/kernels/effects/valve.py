@@ -195,11 +195,11 @@ def branch(states, first, x):
 
 
 @jit
-def drive_valve(e, asked, n):
-    """Sends n frames of an EFFECTS' sound through the valve stage; `asked` (n,) as for the compressor."""
+def drive_valve(e, requested, n):
+    """Sends n frames of an EFFECTS' sound through the valve stage; `requested` (n,) as for the compressor."""
     step = 1.0 - exp(-1.0 / (FOLLOWS * e.rate))
     for j in range(n):
-        wanted = asked[j] if asked[j] > 0.0 else e.own_drive
+        wanted = requested[j] if requested[j] > 0.0 else e.own_drive
         share = 1.0 if wanted > 0.0 else 0.0
         if wanted > 0.0 and e.wet == 0.0:
             set_drive(e, wanted)

@@ -14,7 +14,7 @@ from livebass.kernels.string import glide, handover, touch
 from livebass.kernels.string.records import TOUCHES
 from livebass.kernels.string.slot import remove_thumb
 
-USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
+DEFAULT_DAMPING = 90.0  # 1/s: how firmly hands end a note
 # The fingers that end a note: places from the stop towards the nut, m, and firmness, in impedances of the string. The
 # distances are uneven, or modes with nodes at all of them would ring; the last is another finger, farther back.
 EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (1.8, 1.25, 1.25, 1.25)
@@ -40,7 +40,7 @@ def lay_finger(string, ops, event):
 def end_note(string, ops, damping):
     """Ends the note: the finger eases off its fret but stays on the string; both hands damp an open string.
 
-    `damping` (1/s) sets the firmness: USUAL_DAMPING is a player's fingers, 0 lets the string ring on.
+    `damping` (1/s) sets the firmness: DEFAULT_DAMPING is a player's fingers, 0 lets the string ring on.
     """
     voice = string.voice
     slot = string.slots[voice.slot]
@@ -52,7 +52,7 @@ def end_note(string, ops, damping):
         return
     remove_thumb(slot)
     knock_string(voice, slot, glide.current_operator(string, ops, voice.slot))
-    firm = damping / USUAL_DAMPING * touch.characteristic_impedance(ops[0])
+    firm = damping / DEFAULT_DAMPING * touch.characteristic_impedance(ops[0])
     stopped = glide.current_operator(string, ops, voice.slot).length
     x = ops[0].length - stopped
     voice.striking = 0
@@ -67,5 +67,5 @@ def end_note(string, ops, damping):
         for i in range(TOUCHES):
             touch.begin_touch(voice, i, RESTED[i] * ops[0].length, RESTING[i] * firm, FINGER_WIDTH, 0.0, ENDING)
     slot = string.slots[voice.slot]
-    slot.hand = exp(-ALL_OVER / USUAL_DAMPING * damping / voice.rate)
+    slot.hand = exp(-ALL_OVER / DEFAULT_DAMPING * damping / voice.rate)
     touch.note_landing(voice, slot, ops[slot.fret])

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.noise import is_pulling
-from livebass.kernels.machine.elementary import cos, exp, sin, squared
+from livebass.kernels.machine.elementary import cos, exp, sin, square
 from livebass.kernels.string import glide, modal
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import hand_heights, heights, positions
@@ -16,8 +16,8 @@ from livebass.kernels.string.records import COMING
 from livebass.kernels.string.slot import SAFETY, rms_velocity, wake_slot
 
 FINGER_NEPERS = 5.0  # damping, at an antinode, by a finger that grips a sounding string
-LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
-GRIPPED, MOST_NEPERS = 2.35, 12.0  # at least, for the fundamental: near the saddle the grip is firmer, up to the most
+MIN_GRAZE = 1e-4  # m, where a string lies on a fret
+GRIPPED, MAX_NEPERS = 2.35, 12.0  # at least, for the fundamental: near the saddle the grip is firmer, up to the most
 
 
 @jit
@@ -32,7 +32,7 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
         return
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
-        smooth = exp(-0.5 * squared(k * rounding)) / (1 + op.held_stiffness * (k * k))
+        smooth = exp(-0.5 * square(k * rounding)) / (1 + op.held_stiffness * (k * k))
         smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
 
@@ -60,7 +60,7 @@ def shape_of_strike(w, op, depth, position, width):
         w.strike[j] = 0.0
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
-        smooth = exp(-0.5 * squared(k * width))
+        smooth = exp(-0.5 * square(k * width))
         w.strike[j] = -2 * op.speed * depth * np.sqrt(2 / op.length) * sin(k * position) * smooth
 
 
@@ -73,7 +73,7 @@ def grazing(op, position):
 @jit
 def unit_apex(op, position):
     """Apex (m) of an open-string pluck at `position` (m) with a force of 1: it grazes the hand's heights."""
-    return max(grazing_over(op, position, hand_heights(op)), LEAST_GRAZE)
+    return max(grazing_over(op, position, hand_heights(op)), MIN_GRAZE)
 
 
 @jit
@@ -81,29 +81,29 @@ def grazing_over(op, position, height):
     """`grazing` for contact points with other heights, (points,)."""
     a = op.length - position
     place = positions(op)
-    least = np.inf
+    minimum = np.inf
     for m in range(op.points):
         x = place[m]
         shape = x / a if x < a else (op.length - x) / (op.length - a)
-        least = min(least, -height[m] / shape)
-    if np.isinf(least):
+        minimum = min(minimum, -height[m] / shape)
+    if np.isinf(minimum):
         return op.graze
-    return least
+    return minimum
 
 
 @jit
-def grip(voice, slot, op, position, frames, most, least):
+def grip(voice, slot, op, position, frames, maximum, minimum):
     """Lays a finger on the string at `position` for `frames` frames; modes with a node there survive.
 
-    It damps an antinode by at most `most` nepers, a node by the part `least` of that.
+    It damps an antinode by at most `maximum` nepers, a node by the part `minimum` of that.
     """
     u = slot.u
     k1 = np.pi / op.length
     first = sin(k1 * position)
-    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / most))
+    nepers = max(FINGER_NEPERS, GRIPPED / max(first * first, GRIPPED / maximum))
     for j in range(op.padded):
         shape = sin(modal.mode_number(j) * k1 * position)
-        u.finger[j] = exp(-nepers / frames * max(shape * shape, least))
+        u.finger[j] = exp(-nepers / frames * max(shape * shape, minimum))
     if slot.v_ready:
         modal.copy_row(slot.v.finger, u.finger, op.padded)
     voice.fingering = frames

@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands import damping, scrape
 from livebass.kernels.hands.fretting import GENTLY, change_fret, stands_at
 from livebass.kernels.hands.pulling import end_pull
-from livebass.kernels.machine.elementary import cos, exp, exp2, sin, squared
+from livebass.kernels.machine.elementary import cos, exp, exp2, sin, square
 from livebass.kernels.string import glide
 from livebass.kernels.string.slot import highest_frequency, tune_slot, wake_slot
 
@@ -25,8 +25,8 @@ BEND_SPEED = 400.0  # ... at semitones/s no faster than this
 def follow_bend(string, ops):
     """Tunes the string towards the bend, at most at BEND_SPEED: faster, the string would gain energy."""
     voice = string.voice
-    most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
-    voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
+    maximum = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
+    voice.tuned = min(max(voice.bend, voice.tuned / maximum), voice.tuned * maximum)
     for k in range(2):
         slot = string.slots[k]
         if slot.on:
@@ -57,8 +57,8 @@ def vibrato_tension(voice, slot):
     It is the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings have
     none.
     """
-    most = 1.0 / (ONSET * voice.rate)
-    voice.depth += min(max(voice.depth_wanted - voice.depth, -most), most)
+    maximum = 1.0 / (ONSET * voice.rate)
+    voice.depth += min(max(voice.depth_wanted - voice.depth, -maximum), maximum)
     voice.phase += voice.waver / voice.rate
     voice.phase -= np.floor(voice.phase)
     if slot.fret == 0:
@@ -96,7 +96,7 @@ def begin_timed_slide(string, ops, event):
         voice.slide_left = voice.slide_every
     voice.lift_damping = event.value
     if event.value > 0.0:
-        voice.lifting = 2.0 * LIFTED / squared(float(max(frets * voice.slide_every, 1)))
+        voice.lifting = 2.0 * LIFTED / square(float(max(frets * voice.slide_every, 1)))
 
 
 @jit

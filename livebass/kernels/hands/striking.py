@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.fretting import prepare_string
 from livebass.kernels.hands.noise import begin_click, begin_skin
-from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_strike, shapes_of_pluck
+from livebass.kernels.hands.pulling import MAX_NEPERS, grip, release_held_shape, shape_of_strike, shapes_of_pluck
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
 from livebass.kernels.string.operators import tap_row
@@ -68,7 +68,7 @@ def begin_pluck(string, ops, event):
         wake_v(slot, op)
     shapes_of_pluck(slot, op, cos(angle) * apex, sin(angle) * apex, position, rounding, release)
     if sounding and (slot.active > 0 or slot.v_active > 0):
-        grip(voice, slot, op, position, max(voice.pull, 1), MOST_NEPERS, 0.0)
+        grip(voice, slot, op, position, max(voice.pull, 1), MAX_NEPERS, 0.0)
     for i in range(max(voice.pickups, 1)):
         voice.held[i] = modal.dot_of_row(op, tap_row(op, i), slot.u.held, op.tap_modes)
         voice.held_across[i] = 0.0
@@ -92,7 +92,7 @@ def begin_strike(string, ops, event):
     slot = begin_stroke(string, ops, event, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # the thumb lies on the string, then throws it
-        grip(voice, slot, op, position, max(voice.strike // 2, 1), MOST_NEPERS, 0.0)
+        grip(voice, slot, op, position, max(voice.strike // 2, 1), MAX_NEPERS, 0.0)
     shape_of_strike(slot.u, op, event.apex, position, voice.strike_width)
     voice.striking = voice.strike
     slot.safety = SAFETY_STRUCK
@@ -114,6 +114,6 @@ def throw_mass(string, ops, event):
     thumb.set_out(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         slot.thumb.wait = max(np.int64(np.rint(TOUCHED_BEFORE * voice.rate)), 1)
-        grip(voice, slot, op, event.place, slot.thumb.wait, MOST_NEPERS, 0.0)
+        grip(voice, slot, op, event.place, slot.thumb.wait, MAX_NEPERS, 0.0)
     slot.safety = SAFETY_STRUCK
     wake_slot(slot, op, voice.step)

@@ -31,14 +31,14 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import exp, sin, squared
+from livebass.kernels.machine.elementary import exp, sin, square
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import positions, shape_row
 from livebass.kernels.string.records import BLOCK, COMING, THERE
 from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, remove_thumb, wake_slot
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
-MOST_TURN = 1.5  # rad per fine step: ... nor faster ones
+MAX_TURN = 1.5  # rad per fine step: ... nor faster ones
 LIFTED, LIFT = 3e-3, 50.0  # s from its arrival until the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
 THROUGH = 30e-3  # m of penetration that no flesh allows: a thumb without stiffness passes through, and is removed
 GONE, AWAY = 20e-3, 4e-3  # s after which a clear thumb is removed, and m of clearance that removes it at once
@@ -78,7 +78,7 @@ def approach_string(slot, op):
 @jit
 def shape_under(op, k, x, width):
     """The mode shape for wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half width `width` (m)."""
-    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * squared(k * width))
+    return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * square(k * width))
 
 
 @jit
@@ -99,9 +99,9 @@ def fit_thumb(slot, op):
         k = modal.mode_number(j) * k1
         row[j] = 0.0
         c[j] = 0.0
-        if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MOST_TURN:
+        if j < op.modes and k * t.width < NARROWEST and slot.u.omega[j] * op.fine < MAX_TURN:
             row[j] = shape_under(op, k, x, t.width)
-            c[j] = op.weight * row[j] / squared(slot.u.kappa[j] * slot.u.omega[j])
+            c[j] = op.weight * row[j] / square(slot.u.kappa[j] * slot.u.omega[j])
             give += row[j] * c[j] * (1.0 - modal.whole_leap(slot.u, j))
             n = j + 1
     n = (n + BLOCK - 1) // BLOCK * BLOCK
@@ -173,7 +173,7 @@ def add_force_to_string(slot, op, voice):
         height[m] += f * slot.thumb_reach[m]
         if height[m] > 0.0:
             bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
-    bent *= squared(op.speed * slot.ratio)
+    bent *= square(op.speed * slot.ratio)
     modal.shift(slot.u, slot.thumb_modes, slot.thumb_yield, f)
     slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
     wake_slot(slot, op, voice.step)

@@ -15,7 +15,7 @@ product must keep its lower half, `exact_product` splits the factors. The sign o
 is lost. If the thread treats denormal numbers as zero (native.flush_bits), so do these functions.
 
 tools/elementary.py derives the constants. A trailing digit counts the parts of a number, the highest first, or the
-powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
+powers of a polynomial. `round_even` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
 """
 
 import numpy as np
@@ -53,13 +53,13 @@ UPPER = -(1 << 27)  # mask of a float64 without the lower half of its digits
 MANTISSA = (1 << 52) - 1
 EXPONENT = 1023  # of 1.0
 ROOT_HALF = 0x3FE6A09E667F3BCD  # the bits of the square root of 1/2
-LEAST_NORMAL = 2.0**-1022
+MIN_NORMAL = 2.0**-1022
 RAISE, LAST_BIT = 2.0**54, 2.0**-52  # a power inside a function would be numba's, with Python's errors
 FARTHEST = 2.0**50  # argument above which sine and cosine mean nothing
 
 
 @joined
-def rounded(x):
+def round_even(x):
     """Returns `x` rounded to an integer, ties to even, for |x| < 2^51."""
     return (x + MAGIC) - MAGIC
 
@@ -71,7 +71,7 @@ def two_to(k):
 
 
 @joined
-def squared(x):
+def square(x):
     """Returns x^2."""
     return x * x
 
@@ -163,14 +163,14 @@ def exp_of(high, low, k):
     third = (E8 + E9 * high) + z * E10
     w = z * (first + z2 * (second + z2 * third)) + low
     t = 1.0 + high
-    half = rounded(0.5 * k)
+    half = round_even(0.5 * k)
     return (t + ((high - (t - 1.0)) + w)) * two_to(half) * two_to(k - half)
 
 
 @joined
 def exp_of_parts(x, rest):
     """Returns exp(x + rest), -1400 < x < 1400, `rest` small; infinite or zero if it does not fit."""
-    k = rounded(x * OCTAVES0)
+    k = round_even(x * OCTAVES0)
     near = x - k * LN20
     less = k * LN21 - rest
     high = near - less
@@ -190,7 +190,7 @@ def exp2(x):
     """Returns 2^x, exact for integers: infinity from 1024 on, denormal below -1022, zero from -1075 on."""
     x = 1025.0 if x > 1025.0 else x
     x = -1076.0 if x < -1076.0 else x
-    k = rounded(x)
+    k = round_even(x)
     high, low = exact_product(x - k, LN2_WHOLE0)
     return exp_of(high, low + (x - k) * LN2_WHOLE1, k)
 
@@ -198,7 +198,7 @@ def exp2(x):
 @joined
 def log_parts(x):
     """Returns k and ln m in two parts, accurate to 2^-63 of it: x = 2^k m and 1 / 2 <= m^2 < 2, for finite x > 0."""
-    tiny = x < LEAST_NORMAL
+    tiny = x < MIN_NORMAL
     x = x * RAISE if tiny else x
     word = bits(x) + ((EXPONENT << 52) - ROOT_HALF)
     m = from_bits((word & MANTISSA) + ROOT_HALF)

@@ -22,7 +22,7 @@ POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
 WORD, BYTES, U32 = ir.IntType(64), cgutils.voidptr_t, ir.IntType(32)
 
 
-def made(count: int, typed: Callable[..., Any]) -> Any:
+def make_intrinsic(count: int, typed: Callable[..., Any]) -> Any:
     """An intrinsic of `count` arguments, whose type and code `typed` returns for their types.
 
     The code is called as `code(builder, *values)`, or `code(context, builder, *values)`. It returns None for no result.
@@ -45,7 +45,7 @@ def made(count: int, typed: Callable[..., Any]) -> Any:
 
 def instruction(result: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator: an intrinsic of these types with the code it decorates."""
-    return lambda code: made(len(arguments), lambda *_: (result(*arguments), code))
+    return lambda code: make_intrinsic(len(arguments), lambda *_: (result(*arguments), code))
 
 
 @instruction(types.int64, types.int64)
@@ -75,7 +75,7 @@ def _to_word(builder: Any, pointer: Any) -> Any:
 
 
 address_of = instruction(types.int64, types.voidptr)(_to_word)  # (C pointer) -> its address
-record_address = made(1, lambda record: (types.int64(record), _to_word))  # (record) -> its address
+record_address = make_intrinsic(1, lambda record: (types.int64(record), _to_word))  # (record) -> its address
 
 
 def _copy_record(target: Any, source: Any) -> Any:
@@ -85,7 +85,7 @@ def _copy_record(target: Any, source: Any) -> Any:
     return types.void(target, source) if target == source else None, code
 
 
-copy_record = made(2, _copy_record)  # (target, source): copies a record to one of the same type
+copy_record = make_intrinsic(2, _copy_record)  # (target, source): copies a record to one of the same type
 
 
 @instruction(types.int64, types.float64)

@@ -105,8 +105,8 @@ def set_tone(voice, x):
 def follow_tone(voice):
     """Moves a string's filter a step towards the wanted tone."""
     step = 1.0 - exp(-FRAMES / (TIME * voice.rate))
-    most = FRAMES / (SWEEP * voice.rate)
-    x = voice.tone + min(max(step * (voice.tone_wanted - voice.tone), -most), most)
+    maximum = FRAMES / (SWEEP * voice.rate)
+    x = voice.tone + min(max(step * (voice.tone_wanted - voice.tone), -maximum), maximum)
     if abs(voice.tone_wanted - x) < NEAR:
         x = voice.tone_wanted
     set_tone(voice, x)

@@ -11,7 +11,7 @@ from livebass.rows.techniques import LET_RING
 
 
 @jit
-def followed(p, i):
+def followed_channel(p, i):
     """Returns the channel whose record string `i` follows, or ANY."""
     channel = p.hands.channel[i]
     return ANY if channel < 0 or p.controls.mode != ALL_ALIKE else channel
@@ -20,13 +20,13 @@ def followed(p, i):
 @jit
 def record_of(p, i):
     """Returns the record that string `i` follows."""
-    return p.controls.channel[followed(p, i)]
+    return p.controls.channel[followed_channel(p, i)]
 
 
 @jit
 def follows(p, i, channel):
     """True if string `i` obeys `channel`. All strings obey ANY."""
-    which = followed(p, i)
+    which = followed_channel(p, i)
     return channel == ANY or which in (channel, ANY)
 
 

@@ -19,8 +19,8 @@ from livebass.kernels.player.performer import (
     ANY,
     CHANNELS,
     IN_TUNE,
-    MOST_RANGE,
-    MOST_STRINGS,
+    MAX_RANGE,
+    MAX_STRINGS,
     NO_RPN,
     operators_at,
     performer_at,
@@ -46,9 +46,9 @@ from livebass.rows.techniques import (
     CC_VOLUME,
     GAIN_DB,
     HAND_AT,
-    LEAST_SETTINGS,
     LET_RING,
-    MOST_SETTINGS,
+    MAX_SETTINGS,
+    MIN_SETTINGS,
     NO_FUNCTION,
     NO_SWITCH,
     ON_STRING,
@@ -207,7 +207,7 @@ def set_data(record, rpn, number, value):
 def range_with(semitones, number, value):
     """Returns a bend range, semitones, with its whole (DATA) or fine part (DATA_FINE, cents) set to `value`."""
     if number == DATA:
-        return float(min(value, MOST_RANGE)) + (semitones - np.floor(semitones))
+        return float(min(value, MAX_RANGE)) + (semitones - np.floor(semitones))
     return np.floor(semitones) + min(value, 99) / 100.0
 
 
@@ -225,7 +225,7 @@ def reset_controllers(p, channel):
     controls.sliding = 0
     controls.slide_time = 0.0
     p.position = p.placed
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         if follows(p, i, channel):
             controls.string_bend[i] = 0.0
             controls.string_expression[i] = 1.0
@@ -253,7 +253,7 @@ def make_controls(p):
     for key in range(KEYS):
         p.controls.place_of[key] = np.nan
         p.controls.string_of[key] = -1
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         p.hands.channel[i] = -1
     for channel in range(ANY + 1):
         record = p.controls.channel[channel]
@@ -324,7 +324,7 @@ def set_value(p, ops, kind, number, value):
         latch(p, ops, number, np.int64(value > 0.5))
     elif kind == SETTING and number < SETTINGS:
         value = 0.0 if np.isnan(value) else value
-        p.controls.settings[number] = min(max(value, LEAST_SETTINGS[number]), MOST_SETTINGS[number])
+        p.controls.settings[number] = min(max(value, MIN_SETTINGS[number]), MAX_SETTINGS[number])
 
 
 @entry("void(int64, int64, int64, int64, float64)", SMALL)

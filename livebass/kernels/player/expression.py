@@ -4,15 +4,15 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands.sliding import SLIDE_TIME
-from livebass.kernels.machine.elementary import exp2, squared
-from livebass.kernels.player.channels import followed, follows, record_of
+from livebass.kernels.machine.elementary import exp2, square
+from livebass.kernels.player.channels import followed_channel, follows, record_of
 from livebass.kernels.player.events import send_slide, send_value, send_vibrato
 from livebass.kernels.player.fingering import stopped_at, string_of_key
 from livebass.kernels.player.performer import ANY, FREE, IN_TUNE
 from livebass.kernels.string.records import BEND, GAIN
 from livebass.rows.techniques import VIBRATO
 
-MOST_BEND = 97.0  # semitones: the largest range with its fine part
+MAX_BEND = 97.0  # semitones: the largest range with its fine part
 SHIFTS = 0.6  # semitones off the fret at which a sliding wheel changes frets: at 0.5 it would jitter
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
@@ -32,7 +32,7 @@ def wheel_at(steps):
 @jit
 def limited_bend(semitones):
     """A bend, held within its limits; NaN means no bend."""
-    return 0.0 if np.isnan(semitones) else min(max(semitones, -MOST_BEND), MOST_BEND)
+    return 0.0 if np.isnan(semitones) else min(max(semitones, -MAX_BEND), MAX_BEND)
 
 
 @jit
@@ -42,7 +42,7 @@ def bend_ratio(p, i):
     wheel = 0.0 if p.wheel_slides else channel.wheel * channel.range
     tuning = channel.coarse + (channel.fine - IN_TUNE) / float(IN_TUNE)
     semitones = wheel + channel.bend_up + tuning + (p.controls.string_bend[i] + p.hands.note_bend[i])
-    return exp2(min(max(semitones, -MOST_BEND), MOST_BEND) / 12.0)
+    return exp2(min(max(semitones, -MAX_BEND), MAX_BEND) / 12.0)
 
 
 @jit
@@ -75,7 +75,7 @@ def follow_wheel(p, channel):
         return
     own, bass = moves_shift(p, channel), moves_shift(p, np.int64(ANY))
     for i in range(p.strings):
-        which = followed(p, i)
+        which = followed_channel(p, i)
         moves = bass if which == ANY else own and which == channel
         if moves and p.hands.state[i] != FREE and p.hands.fret[i] > 0:
             send_slide(p, i, stopped_at(p, i, p.hands.fret[i]), SLIDE_TIME)
@@ -95,7 +95,7 @@ def moves_shift(p, which):
 def loudness(p, i):
     """Gain of string `i` from volume and expressions, squared as General MIDI asks."""
     channel = record_of(p, i)
-    return squared(channel.volume * channel.expression * p.controls.string_expression[i]) * p.controls.level
+    return square(channel.volume * channel.expression * p.controls.string_expression[i]) * p.controls.level
 
 
 @jit

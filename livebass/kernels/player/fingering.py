@@ -3,7 +3,7 @@
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.player.channels import followed, follows
+from livebass.kernels.player.channels import followed_channel, follows
 from livebass.kernels.player.performer import FREE, HELD
 from livebass.rows.techniques import AVOID_OPEN, HAND_POSITION
 
@@ -27,7 +27,7 @@ def choose_string(p, channel, note):
     if place == 0:
         place = hands.place
     best = -1
-    least = np.inf
+    minimum = np.inf
     for i in range(p.strings):
         fret = note - p.open[i]
         if fret < 0 or fret > p.frets:
@@ -44,8 +44,8 @@ def choose_string(p, channel, note):
                 cost += -TAKEN_COST if follows(p, i, channel) else SHARED_COST
             else:
                 cost += TAKEN_COST - AGE_GAIN * (hands.clock - hands.age[i])
-        if cost < least:
-            least = cost
+        if cost < minimum:
+            minimum = cost
             best = i
     return best
 
@@ -151,7 +151,7 @@ def move_hand(p, fret):
 @jit
 def stopped_at(p, i, fret):
     """Returns the fret that stops string `i` for a note of `fret`, shifted by a sliding wheel. Open strings stay."""
-    shift = p.hands.shift[followed(p, i)]
+    shift = p.hands.shift[followed_channel(p, i)]
     if fret == 0 or shift == 0:
         return fret
     return min(max(fret + shift, 1), p.frets)

@@ -44,7 +44,7 @@ from livebass.kernels.player.performer import (
     CHANNELS,
     FREE,
     GUITAR_RANGE,
-    MOST_STRINGS,
+    MAX_STRINGS,
     MPE_RANGE,
     NEVER,
     NOTE_A_CHANNEL,
@@ -109,7 +109,7 @@ def take_word_ringing(p, ops, player, word, value):
 
 @jit
 def handle_message(p, ops, status, first, second):
-    """Handles one channel message: writes at most MOST_EVENTS events to `p.out`.
+    """Handles one channel message: writes at most MAX_EVENTS events to `p.out`.
 
     ops (strings, frets + 1) are the operators. Anything but a channel message with data bytes of 0 to 127 is ignored.
     """
@@ -123,7 +123,7 @@ def handle_message(p, ops, status, first, second):
 
 @jit
 def handle_event(p, ops, word, value):
-    """Handles an event other than MIDI (words.py): writes at most MOST_EVENTS events to `p.out`."""
+    """Handles an event other than MIDI (words.py): writes at most MAX_EVENTS events to `p.out`."""
     kind, number = kind_of(word), word & NUMBER
     if kind == STRING_BEND:
         bend_string(p, number, value)
@@ -218,7 +218,7 @@ def set_mode(p, mode, first, channels):
         controls.channel_wheel[channel] = 0.0
         controls.channel_place[channel] = np.nan
         p.hands.channel_string[channel] = -1
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         controls.string_bend[i] = 0.0
         if controls.string_expression[i] != 1.0:
             express_string(p, i, 1.0)

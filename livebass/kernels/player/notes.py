@@ -44,7 +44,7 @@ HAMMER_LANDING = 4e-3  # s in which the hammering finger damps a sounding string
 TAP_LIFTING = 0.5e-3  # s in which fingers leave a tapped string
 # m across: how far a pull-off's finger takes the string along, to the side where pickups hear this pull in phase with
 # the string leaving its fret
-LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
+MIN_PULL, MAX_PULL = 0.1e-3, 0.9e-3
 SLIDE_OFF = 5  # frets
 EVERY_STRING, EVERY_KEY = -1, -1
 
@@ -219,7 +219,7 @@ def go_to_fret(p, ops, i, before, fret, part):
     else:
         e = next_event(p, i, PULL_OFF)
         e.fret = fret
-        e.apex = -(LEAST_PULL + (MOST_PULL - LEAST_PULL) * part)
+        e.apex = -(MIN_PULL + (MAX_PULL - MIN_PULL) * part)
 
 
 @jit
@@ -279,10 +279,10 @@ def slide_off(p, i):
     """Ends the note of the fretted string `i` with a slide on which the finger lifts."""
     stop = stopped_at(p, i, p.hands.fret[i])
     to = max(stop - SLIDE_OFF, 1) if p.switched[SLIDE_OFF_DOWN] > 0 else min(stop + SLIDE_OFF, p.frets)
-    usual = SLIDE_TIME * abs(to - stop)
+    default = SLIDE_TIME * abs(to - stop)
     p.hands.state[i] = FREE
     p.hands.stacked[i] = 0
-    send_timed_slide(p, i, to, p.controls.slide_time if p.controls.slide_time > 0.0 else usual, p.hand_damping)
+    send_timed_slide(p, i, to, p.controls.slide_time if p.controls.slide_time > 0.0 else default, p.hand_damping)
 
 
 @jit

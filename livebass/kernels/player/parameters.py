@@ -24,8 +24,8 @@ from livebass.rows.techniques import (
     FINGERS,
     GAIN_DB,
     HAND_DAMPING,
-    LEAST,
-    MOST,
+    MAXIMUM,
+    MINIMUM,
     OWN,
     PICKED,
     PLUCK_POSITION,
@@ -39,7 +39,7 @@ from livebass.rows.techniques import (
     UNEVENNESS,
 )
 
-MOST_UNEVENNESS = 0.5
+MAX_UNEVENNESS = 0.5
 VOLUME_LAW = 40.0 * 0.30102999566398120  # dB per doubling of a volume controller
 
 
@@ -48,7 +48,7 @@ def within_limits(number, value):
     """The value of parameter `number`, held within its limits; NaN means 0, the usual."""
     if np.isnan(value):
         return 0.0
-    return min(max(value, LEAST[number]), MOST[number])
+    return min(max(value, MINIMUM[number]), MAXIMUM[number])
 
 
 @jit
@@ -79,7 +79,7 @@ def adjust_player(p, number, value):
     elif number == UNEVENNESS:
         p.unevenness = p.player.unevenness
         if value != 0.0:
-            p.unevenness = min(max(p.player.unevenness + value, 0.0), MOST_UNEVENNESS)
+            p.unevenness = min(max(p.player.unevenness + value, 0.0), MAX_UNEVENNESS)
     elif number == BEND_RANGE:
         p.ranged = p.player.bend_range if value == 0.0 else max(value, 1.0)
         for channel in range(ANY + 1):
@@ -90,13 +90,13 @@ def adjust_player(p, number, value):
 def set_technique(p, which):
     """Sets the stroke by `which`, a value of TECHNIQUE; strings that the thumb does not strike are then popped."""
     p.slapped = 0
-    if which == OWN or (which == THUMB and p.usual_slapped > 0):
-        p.slapped = p.usual_slapped
+    if which == OWN or (which == THUMB and p.default_slapped > 0):
+        p.slapped = p.default_slapped
     elif which in (THUMB, THUMB_ON_TWO):
         p.slapped = min(2, p.strings)
     elif which == THUMB_ON_ALL:
         p.slapped = p.strings
-    p.stroke = p.usual_stroke
+    p.stroke = p.default_stroke
     if which == POPS or p.slapped > 0:
         p.stroke = POP
     elif which == PICKED:
@@ -112,8 +112,8 @@ def set_amount(p, ops, function, amount):
     `function`: CC_PALM, CC_VIBRATO or CC_BLEND. NaN means 0.
     """
     controls = p.controls
-    least = -1.0 if function == CC_BLEND else 0.0
-    amount = min(max(amount, least), 1.0) if not np.isnan(amount) else 0.0
+    minimum = -1.0 if function == CC_BLEND else 0.0
+    amount = min(max(amount, minimum), 1.0) if not np.isnan(amount) else 0.0
     if function == CC_BLEND and amount != controls.blend:
         controls.blend = amount
         send_value_to_all(p, BLEND, amount)
@@ -155,18 +155,18 @@ def value_at(number, value):
     The gain follows a volume controller, from silence to 0 dB. Parameters whose minimum is 0 run from there to their
     maximum at 127: the bend range in whole numbers. The stroke takes its first four values in equal steps.
     """
-    least, most = LEAST[number], MOST[number]
+    minimum, maximum = MINIMUM[number], MAXIMUM[number]
     if number == GAIN_DB:
-        return max(VOLUME_LAW * log2(value / 127.0), least) if value > 0 else least
+        return max(VOLUME_LAW * log2(value / 127.0), minimum) if value > 0 else minimum
     if number == TECHNIQUE:
         return np.float64(value * (THUMB_ON_ALL + 1) // CONTROLLERS)
     if number == BEND_RANGE:
-        return np.float64(np.int64(value * most / 127.0 + 0.5))
-    if least == 0.0:
-        return value * most / 127.0
+        return np.float64(np.int64(value * maximum / 127.0 + 0.5))
+    if minimum == 0.0:
+        return value * maximum / 127.0
     if value < 64:
-        return least * (64 - value) / 64.0
-    return most * (value - 64) / 63.0
+        return minimum * (64 - value) / 64.0
+    return maximum * (value - 64) / 63.0
 
 
 @jit
@@ -174,7 +174,7 @@ def turn_parameter(p, number, value):
     """Moves parameter `number` with a controller, as a host would."""
     x = np.float64(np.float32(value_at(number, value)))  # as precise as a host's values
     if number == GAIN_DB:
-        p.controls.level = power(10.0, x / 20.0) if x > LEAST[GAIN_DB] else 0.0
+        p.controls.level = power(10.0, x / 20.0) if x > MINIMUM[GAIN_DB] else 0.0
         send_gains(p, np.int64(ANY))
     else:
         set_parameter(p, number, x)

@@ -12,11 +12,11 @@ from livebass.kernels.player.constants import KEY_MAP, KEYS, PLAYER, STROKE, STR
 from livebass.kernels.string.records import OPERATOR
 from livebass.rows.techniques import ACTIONS, PARAMETERS, SETTINGS
 
-MOST_STRINGS = 8
+MAX_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
-MOST_EVENTS = 8 * MOST_STRINGS  # per message at most: reset-controllers
+MAX_EVENTS = 8 * MAX_STRINGS  # per message at most: reset-controllers
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of the wheel of a string or a channel, until RPN 0 sets another
-MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
+MAX_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 # Meaning of the channels: none; one per string (MIDI mode 4); one per note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
@@ -61,8 +61,8 @@ CONTROLS = np.dtype(
         ("sliding", "i8"),  # 1: by the controller
         ("latched", "i8", (ACTIONS,)),  # 1: the technique is on without a key
         ("slide_time", "f8"),  # s, of a whole slide; 0: SLIDE_TIME per fret
-        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, on top of the wheel
-        ("string_expression", "f8", (MOST_STRINGS,)),  # factor for one string, by its own channel
+        ("string_bend", "f8", (MAX_STRINGS,)),  # semitones, of one string, on top of the wheel
+        ("string_expression", "f8", (MAX_STRINGS,)),  # factor for one string, by its own channel
         ("string_of", "i8", (KEYS,)),  # string for each key's next note; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of each key's next note, as PLUCK_POSITION; NaN: none of its own
         ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: the bass's own
@@ -82,18 +82,18 @@ CONTROLS = np.dtype(
 # State of the hands: the left frets, the right plucks
 HANDS = np.dtype(
     [
-        ("state", "i8", (MOST_STRINGS,)),  # FREE, HELD or PEDALLED
-        ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
-        ("fret", "i8", (MOST_STRINGS,)),
-        ("channel", "i8", (MOST_STRINGS,)),  # that played the string last; -1: none, or in a zone
-        ("age", "i8", (MOST_STRINGS,)),  # the clock when its note began
+        ("state", "i8", (MAX_STRINGS,)),  # FREE, HELD or PEDALLED
+        ("key", "i8", (MAX_STRINGS,)),  # the key that plays the string, -1: none since all-off
+        ("fret", "i8", (MAX_STRINGS,)),
+        ("channel", "i8", (MAX_STRINGS,)),  # that played the string last; -1: none, or in a zone
+        ("age", "i8", (MAX_STRINGS,)),  # the clock when its note began
         ("clock", "i8"),  # counts notes
-        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the sounding one, the last on top
-        ("stack_channel", "i8", (MOST_STRINGS, STACK)),  # ... and their channels
-        ("stacked", "i8", (MOST_STRINGS,)),
+        ("stack", "i8", (MAX_STRINGS, STACK)),  # keys held on a string under the sounding one, the last on top
+        ("stack_channel", "i8", (MAX_STRINGS, STACK)),  # ... and their channels
+        ("stacked", "i8", (MAX_STRINGS,)),
         ("holding", "i8", (KEYS,)),  # channels that hold each key, a bit each
-        ("note_bend", "f8", (MOST_STRINGS,)),  # semitones, of its current note, on top of all other bends
-        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of its current note
+        ("note_bend", "f8", (MAX_STRINGS,)),  # semitones, of its current note, on top of all other bends
+        ("note_vibrato", "f8", (MAX_STRINGS,)),  # 0 to 1, of its current note
         ("place", "i8"),  # fret of the first finger
         ("shift", "i8", (CHANNELS + 1,)),  # frets by which a sliding wheel has moved away from the notes' frets
         ("latest", "i8"),  # string of the last note; -1: it was dropped
@@ -103,9 +103,9 @@ HANDS = np.dtype(
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
         # of a tablature's strokes
-        ("struck_at", "i8", (MOST_STRINGS,)),  # frame of the last one
+        ("struck_at", "i8", (MAX_STRINGS,)),  # frame of the last one
         ("palmed", "i8"),  # strings on which their palm lies, a bit each
-        ("string_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 127
+        ("string_vibrato", "f8", (MAX_STRINGS,)),  # 0 to 127
     ],
     align=True,
 )
@@ -114,7 +114,7 @@ HANDS = np.dtype(
 OUT = np.dtype(
     [
         ("frame", "i8"),  # of the current message
-        ("events", "i8"),  # address: EVENT, with room for MOST_EVENTS more
+        ("events", "i8"),  # address: EVENT, with room for MAX_EVENTS more
         ("count", "i8"),  # events written
     ],
     align=True,
@@ -125,15 +125,15 @@ PERFORMER = np.dtype(
         # the bass
         ("strings", "i8"),
         ("frets", "i8"),
-        ("open", "i8", (MOST_STRINGS,)),
-        ("called", "i8", (MOST_STRINGS,)),  # pitch class that calls it from key switches
-        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
+        ("open", "i8", (MAX_STRINGS,)),
+        ("called", "i8", (MAX_STRINGS,)),  # pitch class that calls it from key switches
+        ("slack", "f8", (MAX_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
         ("player", PLAYER),
         ("strokes", STROKE, (STROKES,)),
         ("key_map", KEY_MAP),
         ("part", "f8", (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
-        ("usual_stroke", "i8"),  # of the bass
-        ("usual_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
+        ("default_stroke", "i8"),  # of the bass
+        ("default_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
         ("wheel_slides", "i8"),  # 1: the wheel slides along the frets
         ("answering", "i8"),  # NEVER, WITH_PEDAL, ALWAYS or WHILE_HELD
         ("drop", "i8"),  # 1: notes out of range are dropped

@@ -7,8 +7,8 @@ stops it, `open_op` the open string's.
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.hands.pulling import LEAST_GRAZE, grazing, unit_apex
-from livebass.kernels.machine.elementary import chance, cos, exp2, log2, power, squared
+from livebass.kernels.hands.pulling import MIN_GRAZE, grazing, unit_apex
+from livebass.kernels.machine.elementary import chance, cos, exp2, log2, power, square
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.player.constants import PICK, STROKES
@@ -21,7 +21,7 @@ from livebass.kernels.player.touches import (
     touch_node,
     touch_palm,
 )
-from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
+from livebass.kernels.string.records import MAX_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.rows.techniques import (
     ARTIFICIAL,
@@ -37,10 +37,10 @@ from livebass.rows.techniques import (
 )
 from livebass.rows.units import OFF
 
-LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
-MOST_PLACE = 0.99  # of the length
-USUAL_PLACE = 0.8  # of the length: a typical place to pluck
-LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
+MIN_PLUCK, MIN_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
+MAX_PLACE = 0.99  # of the length
+DEFAULT_PLACE = 0.8  # of the length: a typical place to pluck
+MIN_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 THUMB_GENTLER = 0.2  # a thumb's force on a shorter string is scaled by its part of the open length to this power
 GUEST_THUMB = 0.24  # part of a strike's depth on a bass levelled for fingers
@@ -51,9 +51,9 @@ RAKE = 80e-3  # s: a finger that moves to a lower string within this time rakes 
 UNEVEN_PLACE, UNEVEN_TIP, UNEVEN_ANGLE = 0.1, 1.6, 0.5
 # Skin noise: its level over the corner's speed, as coil and tone take some of it; dB less for the softest than for the
 # hardest (velocities 60, 90 and 127 give -24, -7 and 0 dB); the part heard from a pluck straight across
-SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
+SKIN, SKIN_SOFTER, MIN_SKIN = 1.4, 95.0, 0.2
 CLICK = 5.0  # the same for a pick's noise
-LEAST_PINCH, MOST_PINCH = 3, 8  # partials of pinch harmonics
+MIN_PINCH, MAX_PINCH = 3, 8  # partials of pinch harmonics
 PINCH_THUMB = 10e-3  # m from the pick to the thumb that touches the node behind it
 MORE_CHANCE, HUMAN_CHANCE = 1 << 40, 1 << 41  # random numbers beyond those for force and place
 MILLI = 1e-3
@@ -93,14 +93,14 @@ def part_at(p, velocity):
 @jit
 def force_at(p, part):
     """Force of the hand, as a multiple of the grazing force (`apex_by`); `part`: 0 the softest, 1 the hardest."""
-    softest = max(p.player.softest, LEAST_FORCE)
+    softest = max(p.player.softest, MIN_FORCE)
     return p.dynamics * softest * power(p.player.hardest / softest, part)
 
 
 @jit
 def hardness(p, force):
     """A force's hardness on a log scale, from 0, the player's softest, to 1, the hardest."""
-    softest, hardest = max(p.player.softest, LEAST_FORCE), p.player.hardest
+    softest, hardest = max(p.player.softest, MIN_FORCE), p.player.hardest
     if hardest <= softest or force <= softest:
         return 1.0 if force >= hardest else 0.0
     return min(log2(force / softest) / log2(hardest / softest), 1.0)
@@ -115,28 +115,28 @@ def between(soft, hard, hardness):
 
 
 @jit
-def soft_limit(x, most):
-    """Soft limit: about x when small, increasing, always below `most`."""
-    return x / np.sqrt(np.sqrt(1.0 + squared(squared(x / most))))
+def soft_limit(x, maximum):
+    """Soft limit: about x when small, increasing, always below `maximum`."""
+    return x / np.sqrt(np.sqrt(1.0 + square(square(x / maximum))))
 
 
 @jit
-def over_body(open_op, op, place, aside, least):
+def over_body(open_op, op, place, aside, minimum):
     """Distance (m) from the stop to a hand over the body at `place` (fraction of the open string), `aside` m off it.
 
-    Stays on the string, and no nearer to the stop than `least` of the length.
+    Stays on the string, and no nearer to the stop than `minimum` of the length.
     """
     where = op.length - (1.0 - place) * open_op.length + aside
-    return min(max(where, least * op.length), MOST_PLACE * op.length)
+    return min(max(where, minimum * op.length), MAX_PLACE * op.length)
 
 
 @jit
 def position_at(p, x):
     """Position for PLUCK_POSITION `x`: -1 nearest to the bridge, 1 farthest from it, 0 the usual position."""
-    usual = p.player.pluck_position
+    default = p.player.pluck_position
     if x < 0.0:
-        return usual - x * (p.player.pluck_farthest - usual)
-    return usual + x * (p.player.pluck_nearest - usual)
+        return default - x * (p.player.pluck_farthest - default)
+    return default + x * (p.player.pluck_nearest - default)
 
 
 @jit
@@ -153,11 +153,11 @@ def apex_by(open_op, op, where, gentler):
 
 @jit
 def speed_of_pluck(p, op, i, force):
-    """Speed (m/s) of the open string `i` after a pluck of `force` at USUAL_PLACE: c F / T.
+    """Speed (m/s) of the open string `i` after a pluck of `force` at DEFAULT_PLACE: c F / T.
 
     The left hand is equally fast wherever the right one plucks.
     """
-    return speed_of_corner(p, op, i, force, USUAL_PLACE * op.length)
+    return speed_of_corner(p, op, i, force, DEFAULT_PLACE * op.length)
 
 
 @jit
@@ -180,7 +180,7 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     PLUCK_POSITION; NaN: none.
     """
     ghost = ghost or p.switched[LEFT_SLAP] > 0
-    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MOST_NEAR  # a mass over a board takes too long to compute
+    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MAX_NEAR  # a mass over a board takes too long to compute
     stop = 0 if ghost else fret
     uneven = 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
@@ -216,7 +216,7 @@ def artificial_partial(p, ops, i, stop, position):
     if p.switched[PINCH] > 0:  # the thumb touches the node nearest to the plucking place
         length = ops[i, stop].length
         aside = (1.0 - position - p.strokes[p.stroke].place + p.player.pluck_position) * ops[i, 0].length
-        return max(np.int64(np.rint(length / max(aside, length / MOST_PINCH))), LEAST_PINCH)
+        return max(np.int64(np.rint(length / max(aside, length / MAX_PINCH))), MIN_PINCH)
     for n in range(ARTIFICIALS):
         if p.switched[ARTIFICIAL + n] > 0:
             return np.int64(2 + n)
@@ -236,7 +236,7 @@ def slap_left(p, ops, i, force):
 def throw_thumb(p, ops, i, stop, part, uneven, weaker, aside):
     """Throws a thumb with a mass on string `i`; `uneven` and `weaker` are factors for its speed."""
     op, player = ops[i, stop], p.player
-    where = over_body(ops[i, 0], op, player.strike_position, aside, LEAST_STRIKE)
+    where = over_body(ops[i, 0], op, player.strike_position, aside, MIN_STRIKE)
     speed = player.strike_softest * power(player.strike_hardest / player.strike_softest, part)
     speed *= p.dynamics * uneven * weaker
     speed *= power(op.length / ops[i, 0].length, THUMB_GENTLER)
@@ -253,20 +253,20 @@ def pull_angle(p, row, hard):
 
 
 @jit
-def heard(angle):
+def heard_part(angle):
     """The part of a pull at `angle` that a pickup hears. A guest's thumb is as loud as what else plucks the bass."""
-    return np.sqrt(squared(cos(angle)) + squared(HEARD_ACROSS) * (1.0 - squared(cos(angle))))
+    return np.sqrt(square(cos(angle)) + square(HEARD_ACROSS) * (1.0 - square(cos(angle))))
 
 
 @jit
 def strike_string(p, ops, i, stop, force, aside):
     """Strikes string `i` with a thumb; its impulse gives every string the same speed."""
     open_op, player = ops[i, 0], p.player
-    where = over_body(open_op, ops[i, stop], player.strike_position, aside, LEAST_STRIKE)
+    where = over_body(open_op, ops[i, stop], player.strike_position, aside, MIN_STRIKE)
     depth = player.strike_force * np.sqrt(p.slack[i])
     depth *= soft_limit(force * unit_apex(open_op, 0.5 * open_op.length), player.greatest_apex)
-    if p.usual_slapped == 0:
-        depth *= GUEST_THUMB * heard(pull_angle(p, p.strokes[p.usual_stroke], hardness(p, force)))
+    if p.default_slapped == 0:
+        depth *= GUEST_THUMB * heard_part(pull_angle(p, p.strokes[p.default_stroke], hardness(p, force)))
     e = next_event(p, i, STRIKE_EVENT)
     e.wait = p.hands.late
     e.fret = stop
@@ -296,20 +296,20 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
         angle = row.other_angle if row.other_angle != 0.0 else angle
     if touched > 0:
         beside = PINCH_THUMB - op.length / touched if p.switched[PINCH] > 0 else -0.5 * op.length / touched
-        where = min(op.length + beside + aside, MOST_PLACE * op.length)
+        where = min(op.length + beside + aside, MAX_PLACE * op.length)
     else:
-        where = over_body(open_op, op, position + (row.place - player.pluck_position), shift, LEAST_PLUCK)
+        where = over_body(open_op, op, position + (row.place - player.pluck_position), shift, MIN_PLUCK)
     apex = soft_limit(lift * force * apex_by(open_op, op, where, row.gentler), player.greatest_apex)
     apex = level * p.slack[i] * apex
     if angle != 0.0:
         angle += UNEVEN_ANGLE * p.unevenness * chance(p.seed, MORE_CHANCE + 2 * p.notes + 1)
         if cos(angle) < 0.0:
-            apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
+            apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), MIN_GRAZE) / -cos(angle))
     e = send_pluck(p, i, stop, apex, where, uneven * width, uneven * release, angle)
     clicks = p.stroke == PICK and player.pick_noise > OFF
-    level = player.pick_noise if clicks else player.skin_noise - SKIN_SOFTER * squared(1.0 - hard)
+    level = player.pick_noise if clicks else player.skin_noise - SKIN_SOFTER * square(1.0 - hard)
     noise = (CLICK if clicks else SKIN) * amplitude(level)
-    noise = noise * corner_speed(op, apex, where) * max(abs(cos(angle)), LEAST_SKIN)
+    noise = noise * corner_speed(op, apex, where) * max(abs(cos(angle)), MIN_SKIN)
     if clicks:
         e.value = noise
     else:

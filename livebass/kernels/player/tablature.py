@@ -52,8 +52,8 @@ from livebass.rows.techniques import ACTIONS, DOWN_STROKE, FUNCTION_ROWS, OWN, S
 jit = compiled(attributes=SMALL)
 
 PALM = FUNCTION_ROWS["palm_mute"].pressed / 127.0  # of a palm-muted stroke
-MOST_PARTIAL = 8
-MOST_VALUE = float(1 << 24)  # below it a float32 holds every whole number
+MAX_PARTIAL = 8
+MAX_VALUE = float(1 << 24)  # below it a float32 holds every whole number
 
 
 @jit
@@ -80,9 +80,9 @@ def play_by_string(p, ops, kind, word, value):
 def begin_stroke(p, ops, i, word, value):
     """Plays a stroke on string `i`; if its note still sounds, the left hand leads on to the fret."""
     fret, technique = field(word, FRET), field(word, WITH)
-    bits = np.int64(value) if 0.0 <= value < MOST_VALUE else np.int64(0)
+    bits = np.int64(value) if 0.0 <= value < MAX_VALUE else np.int64(0)
     partial, strikes = field(bits, PARTIAL), field(bits, STRIKES)
-    if bits == 0 or fret > p.frets or technique >= ACTIONS or partial == 1 or partial > MOST_PARTIAL:
+    if bits == 0 or fret > p.frets or technique >= ACTIONS or partial == 1 or partial > MAX_PARTIAL:
         p.dropped += 1
         return
     dynamics, slide_time, palm = p.dynamics, p.controls.slide_time, p.controls.palm

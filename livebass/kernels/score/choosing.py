@@ -15,7 +15,7 @@ from livebass.kernels.score.memory import (
     IS_DRUMS,
     IS_OTHER,
     KEYS,
-    MOST_BASSES,
+    MAX_BASSES,
     NAMED,
     NONE,
     TRACK_NAME,
@@ -60,7 +60,7 @@ jit = compiled(attributes=SMALL)
 
 AUTO, ALL, OF_CHANNEL, OF_PART = range(4)  # what to choose: by the rule, everything but drums, a channel or a part
 # Notes of two parts are the same if they begin so close together; parts are, if so many of their notes are
-TOGETHER, SAME, LEAST = 0.03, 0.9, 4  # s; fraction of notes; notes of a part that doubles another
+TOGETHER, SAME, MINIMUM = 0.03, 0.9, 4  # s; fraction of notes; notes of a part that doubles another
 
 
 @inlined
@@ -192,7 +192,7 @@ def rank_parts(score):
     for k in range(score.parts_count):
         if parts[k].chosen == 0 or lines[parts[k].line].zone == 1:
             continue
-        if count == MOST_BASSES:
+        if count == MAX_BASSES:
             return 0
         at = count
         while at > 0 and comes_before(parts[k], parts[score.ranked[at - 1]]):
@@ -214,16 +214,16 @@ def comes_before(part, other):
 @jit
 def remark_double(score, first, count):
     """Remarks the next double among the ranked parts, by line and track, and takes it from the ranking."""
-    parts, lines, least = parts_of(score), lines_of(score), np.int64(NONE)
+    parts, lines, minimum = parts_of(score), lines_of(score), np.int64(NONE)
     for k in range(first, count):
-        if score.ranked[k] != NONE and (least == NONE or is_earlier(score, k, least)):
-            least = np.int64(k)
-    part = parts[score.ranked[least]]
+        if score.ranked[k] != NONE and (minimum == NONE or is_earlier(score, k, minimum)):
+            minimum = np.int64(k)
+    part = parts[score.ranked[minimum]]
     other = parts[part.double]
     add_remark(
         score, DOUBLES, part.track, lines[part.line].channel, other.track, lines[other.line].channel,
     )  # fmt: skip
-    score.ranked[least] = NONE
+    score.ranked[minimum] = NONE
 
 
 @jit
@@ -266,7 +266,7 @@ def has_notes(score, part, other):
                 heads[note.key] = following[heads[note.key]]
             if heads[note.key] != NONE and rows[notes[heads[note.key]].place].frame <= frame + together:
                 same += 1
-    return other.chosen >= LEAST and same >= SAME * other.chosen
+    return other.chosen >= MINIMUM and same >= SAME * other.chosen
 
 
 @jit

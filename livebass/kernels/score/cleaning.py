@@ -9,7 +9,7 @@ the end of the earlier one does not cut the later one.
 import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
-from livebass.kernels.machine.elementary import rounded
+from livebass.kernels.machine.elementary import round_even
 from livebass.kernels.machine.native import copy_record, words_at
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON, RELEASE
 from livebass.kernels.score.memory import (
@@ -61,7 +61,7 @@ def clean(c):
 @jit
 def brief_of(rate):
     """The minimum length of a note in frames."""
-    return max(np.int64(1), np.int64(rounded(BRIEF * rate)))
+    return max(np.int64(1), np.int64(round_even(BRIEF * rate)))
 
 
 @jit

@@ -20,7 +20,7 @@ jit = compiled(attributes=SMALL)
 
 DEEPEST = 16  # E0: no bass is tuned lower
 SHORT = 0.5  # of the median length of a note: key switches are shorter
-MOST = 0.6  # of the low keys must look like notes, or of the others beyond the range like switches
+MAXIMUM = 0.6  # of the low keys must look like notes, or of the others beyond the range like switches
 FAR = 12  # semitones from all notes to a key that is held as a switch
 FITTING_WORDS = 8  # of workspace, for each note-on
 
@@ -189,7 +189,7 @@ def find_switches(f):
             if looks_like_switch(f, begins[n], ends[n], ends[n] - begins[n] < short, is_far, notes):
                 marks[n] = 1
                 found += 1
-    return found > 0 and found >= MOST * beyond
+    return found > 0 and found >= MAXIMUM * beyond
 
 
 @jit
@@ -258,7 +258,7 @@ def are_notes(f):
     for n in range(f.notes):
         if is_low(f, keys[n]) and ends[n] - begins[n] >= short and is_alone(f, begins[n], ends[n], long):
             alike += 1
-    return alike >= MOST * low
+    return alike >= MAXIMUM * low
 
 
 @jit

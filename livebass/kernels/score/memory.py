@@ -19,7 +19,7 @@ KEYS = 128
 PORTS = 256
 NONE = -1  # instead of a program, a bank, a part, a track or a place
 WORD = 8  # bytes
-MOST_BASSES = 16  # parts that are compared
+MAX_BASSES = 16  # parts that are compared
 SET = 4  # words of a set of numbers from 0 to 127, 32 in each
 # What names say, in a table of bytes: one row a track; a column for each channel's name, and the last for the track's
 IS_BASS, IS_OTHER, IS_DRUMS, BASS_INSTRUMENT, NAMED = 1, 2, 4, 8, 16
@@ -213,7 +213,7 @@ SCORE = np.dtype(
         ("ranks", "i8", (PORTS,)),  # of the ports with messages; NONE: it has none
         ("heads", "i8", (KEYS + 1,)),
         ("counts", "i8", (KEYS + 1,)),
-        ("ranked", "i8", (MOST_BASSES,)),  # parts
+        ("ranked", "i8", (MAX_BASSES,)),  # parts
     ],
     align=True,
 )

@@ -107,10 +107,10 @@ def choose_programs(score, rows, count, notes, notes_count):
             ranked = count_program(score, rows, line, np.int64(notes[n].program), order, ranked)
             n += 1
     score.program = NONE
-    most = 0
+    maximum = 0
     for k in range(ranked):
-        if score.counts[order[k] + 1] > most:
-            most, score.program = score.counts[order[k] + 1], order[k]
+        if score.counts[order[k] + 1] > maximum:
+            maximum, score.program = score.counts[order[k] + 1], order[k]
     keep_changes(score, rows, count)
 
 

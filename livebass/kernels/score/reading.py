@@ -35,7 +35,7 @@ from livebass.kernels.score.lines import (
 from livebass.kernels.score.memory import (
     KEYS,
     LINE,
-    MOST_BASSES,
+    MAX_BASSES,
     NONE,
     NOTE,
     PART,
@@ -102,7 +102,7 @@ def lay_out_lines(score):
     score.lines = take_memory(score, LINE_SIZE * (score.max_lines + 1))
     score.parts = take_memory(score, PART_SIZE * score.max_parts)
     score.tracks = take_memory(score, TRACK_SIZE * file.tracks)
-    score.remarks = take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.max_parts + MOST_BASSES))
+    score.remarks = take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.max_parts + MAX_BASSES))
     score.tables[0] = take_memory(score, WORD * KEYS * score.lines_count)
     for k in range(len(score.words)):
         score.words[k] = take_memory(score, WORD * max(score.note_ons, file.exclusives))
@@ -153,18 +153,18 @@ def find_instruments(score):
 def lay_out_notes(score):
     """Divides `more`."""
     c, notes = score.cleaning, score.note_ons
-    most = score.copies + notes - (0 if score.take == 1 else score.note_offs)
+    maximum = score.copies + notes - (0 if score.take == 1 else score.note_offs)
     score.free = score.more
     score.copied = take_memory(score, TIMED_SIZE * score.copies) if score.splits > 0 else score.events
     for k in range(len(score.tables)):
         score.tables[k] = take_memory(score, WORD * KEYS * score.lines_count)
     c.strokes = take_memory(score, WORD * score.copies)
-    score.clean = take_memory(score, TIMED_SIZE * most)
+    score.clean = take_memory(score, TIMED_SIZE * maximum)
     score.all_notes = take_memory(score, NOTE_SIZE * notes)
     score.of_part = take_memory(score, WORD * notes)
-    score.sent = take_memory(score, TIMED_SIZE * most)
+    score.sent = take_memory(score, TIMED_SIZE * maximum)
     score.sent_notes = take_memory(score, NOTE_SIZE * notes)
-    score.played = take_memory(score, PLAYED_SIZE * (most + notes))
+    score.played = take_memory(score, PLAYED_SIZE * (maximum + notes))
 
 
 @entry("int64(int64)", SMALL)

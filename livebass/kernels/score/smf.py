@@ -40,14 +40,14 @@ tempo_at, meter_at, text_at = map(record_at, (TEMPO, METER, TEXT))
 
 MARK = "livebass plays "  # begins the text in a take that names its bass
 MARK_BYTES = np.frombuffer(MARK.encode(), np.uint8)
-MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
+MAX_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 CHUNK_HEAD = 8  # bytes: name and length
-MOST_CHUNKS = 256  # of other kinds in a row; more are stray bytes, or a damaged file could take minutes
+MAX_CHUNKS = 256  # of other kinds in a row; more are stray bytes, or a damaged file could take minutes
 WORD = 8  # bytes
 MTHD, MTRK, RIFF, RMID, DATA = (int.from_bytes(name) for name in (b"MThd", b"MTrk", b"RIFF", b"RMID", b"data"))
 META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_CHANNEL, META_PORT = 0x01, 0x03, 0x04, 0x20, 0x21
 META_END, META_TEMPO, META_METER = 0x2F, 0x51, 0x58
-MOST_UNDER = 7  # of a meter: the power of two of a bar's unit
+MAX_UNDER = 7  # of a meter: the power of two of a bar's unit
 NONE, SEVERAL = -1, -2  # ports that a track sets
 # Data bytes of the system messages from 0xF0 on; exclusive ones and meta events have a length instead
 SYSTEM_BYTES = np.array([0, 1, 2, 1, *[0] * 12])
@@ -265,7 +265,7 @@ def take_time(smf, data, kind, at, size, start):
         if address:
             row = tempo_at(address)
             row.tick, row.us = smf.tick, number_at(data, at, 3)
-    elif size > 1 and data[at] > 0 and data[at + 1] <= MOST_UNDER:
+    elif size > 1 and data[at] > 0 and data[at + 1] <= MAX_UNDER:
         address = new_row(smf, METERS)
         if address:
             row = meter_at(address)
@@ -416,7 +416,7 @@ def seek_track(smf, data):
     False if there is none, or another file begins first.
     """
     at, passed = smf.at, 0
-    while passed < MOST_CHUNKS and is_foreign(smf, data, at):
+    while passed < MAX_CHUNKS and is_foreign(smf, data, at):
         at += CHUNK_HEAD + number_at(data, at + 4, 4)
         passed += 1
     if not stands(smf, data, at, MTRK):
@@ -448,7 +448,7 @@ def seek_header(smf):
             at += CHUNK_HEAD + size + size % 2
         smf.header = at + CHUNK_HEAD
         smf.length = min(little_at(data, at + 4), smf.size - smf.header)
-    start = find(data, smf.header, smf.header + min(smf.length, MOST_BEFORE), MTHD)
+    start = find(data, smf.header, smf.header + min(smf.length, MAX_BEFORE), MTHD)
     if start < 0:
         return fail(smf, FOREIGN, 0, 0, 0)
     if start > smf.header:

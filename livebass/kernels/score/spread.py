@@ -32,11 +32,11 @@ from livebass.kernels.score.sorting import sort_by, twice_median
 jit = compiled(attributes=SMALL)
 
 # A bass's range: most notes of a part lie within, half of them no higher than the middle
-LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes
+LOWEST, HIGHEST, MIDDLE, MAXIMUM = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes
 OVERLAP = 0.06  # s, allowed overlap of notes in a line
-MOST_OVERLAP = 0.25  # of the notes may overlap for longer
-LEAST_BENT = 3  # channels that bend their own notes
-MOST_STAYING = 0.1  # of the notes of MPE may be on the channel of the note before
+MAX_OVERLAP = 0.25  # of the notes may overlap for longer
+MIN_BENT = 3  # channels that bend their own notes
+MAX_STAYING = 0.1  # of the notes of MPE may be on the channel of the note before
 MODE_MESSAGES = 5  # that make channels MPE
 ROW = TIMED.itemsize
 OWNER = 32  # bits of a key above its line
@@ -48,7 +48,7 @@ def is_low(counts, total):
     within = 0
     for key in range(LOWEST, HIGHEST + 1):
         within += counts[key]
-    return total > 0 and within >= MOST * total and twice_median(counts, total) <= 2 * MIDDLE
+    return total > 0 and within >= MAXIMUM * total and twice_median(counts, total) <= 2 * MIDDLE
 
 
 @jit
@@ -153,7 +153,7 @@ def is_one(score, track):
         bent = bent and lines[part.line].moved >= count
         own += 1
         k = np.int64(part.next)
-    return is_single(score, sort_strokes(score, track)) or (own >= LEAST_BENT and bent)
+    return is_single(score, sort_strokes(score, track)) or (own >= MIN_BENT and bent)
 
 
 @inlined
@@ -187,7 +187,7 @@ def is_single(score, count):
     for n in range(count - 1):
         if ends[order[n]] > begins[order[n + 1]] + overlap:
             overlapping += 1
-    return overlapping <= MOST_OVERLAP * count
+    return overlapping <= MAX_OVERLAP * count
 
 
 @jit
@@ -200,7 +200,7 @@ def is_mpe(score, track):
     parts, lines, tracks, keys = parts_of(score), lines_of(score), tracks_of(score), strokes_of(score)[2]
     first, last = np.int64(parts[tracks[track].first_part].line), np.int64(parts[tracks[track].last_part].line)
     home, own = np.int64(lines[first].home), np.int64(tracks[track].lines)
-    if own < LEAST_BENT or first == home or rises_or_falls(score, track):
+    if own < MIN_BENT or first == home or rises_or_falls(score, track):
         return False
     for line in range(home, last + 1):
         if lines[line].parts > 0 and parts[lines[line].first_part].track != track:
@@ -209,7 +209,7 @@ def is_mpe(score, track):
     for n in range(count - 1):
         if (keys[order[n]] ^ keys[order[n + 1]]) & ((1 << OWNER) - 1) == 0:
             stays += 1
-    return stays <= MOST_STAYING * count
+    return stays <= MAX_STAYING * count
 
 
 @jit

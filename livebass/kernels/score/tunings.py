@@ -3,7 +3,7 @@
 import numpy as np
 
 from livebass.compiling import SMALL, compiled
-from livebass.kernels.machine.elementary import exp2, rounded
+from livebass.kernels.machine.elementary import exp2, round_even
 from livebass.kernels.machine.native import bytes_at, words_at
 from livebass.kernels.score.memory import exclusives_at, file_at
 from livebass.kernels.score.remarks import SCALE_TUNING, TUNING, TUNINGS, add_remark
@@ -41,7 +41,7 @@ def remark_tunings(score):
         if k == 0 or tunings[order[k]] != tunings[order[k - 1]]:
             different += 1
     if different == 1:
-        pitch = np.int64(rounded(10.0 * A4 * exp2(tunings[order[0]] / (1200.0 * CENT_PARTS))))
+        pitch = np.int64(round_even(10.0 * A4 * exp2(tunings[order[0]] / (1200.0 * CENT_PARTS))))
         add_remark(score, TUNING, cents(tunings[order[0]]), pitch // 10, pitch % 10, 0)
     elif different > 1:
         add_remark(score, TUNINGS, different, cents(tunings[order[0]]), cents(tunings[order[found - 1]]), 0)
@@ -52,7 +52,7 @@ def remark_tunings(score):
 @jit
 def cents(tuning):
     """A tuning in whole cents."""
-    return np.int64(rounded(tuning / CENT_PARTS))
+    return np.int64(round_even(tuning / CENT_PARTS))
 
 
 @jit

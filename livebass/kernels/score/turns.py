@@ -12,8 +12,8 @@ from livebass.kernels.score.spread import OVERLAP
 jit = compiled(attributes=SMALL)
 
 BASSES = len(BASS_PROGRAMS)
-LEAST_TURN = 4  # notes of a turn, on average
-MOST_TOGETHER = 0.1  # of the notes may begin while another bass plays
+MIN_TURN = 4  # notes of a turn, on average
+MAX_TOGETHER = 0.1  # of the notes may begin while another bass plays
 
 
 @jit
@@ -30,7 +30,7 @@ def take_turns(score, rows, notes, count):
         if not is_bass_program(note.program) or lines[rows[note.place].line].program != note.program:
             return False
         turns += 1 if n > 0 and notes[n - 1].program != note.program else 0
-    if turns < 2 or count < LEAST_TURN * turns or are_together(score, rows, notes, count):
+    if turns < 2 or count < MIN_TURN * turns or are_together(score, rows, notes, count):
         return False
     for k in range(score.sent_count):
         rows[k].mark = 0
@@ -55,7 +55,7 @@ def are_together(score, rows, notes, count):
             other = other or (bass != own and until[bass] > begin + OVERLAP * score.rate)
         together += 1 if other else 0
         until[own] = max(until[own], ends[n])
-    return together > MOST_TOGETHER * count
+    return together > MAX_TOGETHER * count
 
 
 @jit

@@ -39,7 +39,7 @@ NEAR = 2 * np.pi * 20.0  # rad/s
 WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below its partial
 EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
-MOST_FLOW = 0.1  # |G| times the time between two exchanges
+MAX_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-12  # m^1.5: an answer below this is silence, and none begins
 MOVING = 0.06  # s
 CUT_RATE = 900.0  # 1/s of all-sound-off
@@ -215,11 +215,11 @@ def find_pairs(string, slot, op):
         size = np.sqrt(real * real + imaginary * imaginary)
         if away > NEAR or size < WEAK * away or size == 0.0:
             continue
-        least = min(1.0, MOST_FLOW / (size * time))
+        minimum = min(1.0, MAX_FLOW / (size * time))
         a.pair_answer[n] = g
         a.pair_mode[n] = i
-        a.pair_real[n] = real * least
-        a.pair_imaginary[n] = imaginary * least
+        a.pair_real[n] = real * minimum
+        a.pair_imaginary[n] = imaginary * minimum
         n += 1
     for p in range(n):  # the part of the losses that pairs of one mode must share
         i, needed = a.pair_mode[p], 0.0

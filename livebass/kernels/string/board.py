@@ -48,7 +48,7 @@ def suspect_points(slot, op, step, end):
 @jit
 def doubtful(slot, op, g, step, end):
     """Checks group `g`; True if one of its points may touch between `step` and `end`."""
-    u, travel = slot.u, frame.most_travel(slot, op)
+    u, travel = slot.u, frame.max_travel(slot, op)
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
     middle = (first + last) // 2
@@ -74,25 +74,25 @@ def doubtful(slot, op, g, step, end):
 @jit
 def next_check_board(slot, op, end):
     """Saves the groups' clearances after a frame without contact; returns the fine step of the next check."""
-    u, travel = slot.u, frame.most_travel(slot, op)
-    least = frame.NEVER
+    u, travel = slot.u, frame.max_travel(slot, op)
+    minimum = frame.NEVER
     for g in range(groups_of(op)):
         if u.group_clearance_now[g] > 0.0:
             u.group_clearance[g] = u.group_clearance_now[g]
             u.group_known_at[g] = end
             u.group_due[g] = end + frame.steps_clear(u.group_clearance_now[g], travel)
         if u.group_due[g] > end:
-            least = min(least, u.group_due[g])
+            minimum = min(minimum, u.group_due[g])
             continue
         for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
-            least = min(least, max(u.due[m], end))
-    return least
+            minimum = min(minimum, max(u.due[m], end))
+    return minimum
 
 
 @jit
 def solve_contact_on_board(slot, op, voice, watched, count, step):
     """Solves contact at `step`, and schedules the next check of each point."""
-    u, travel, height = slot.u, frame.most_travel(slot, op), slot.u.height
+    u, travel, height = slot.u, frame.max_travel(slot, op), slot.u.height
     for i in range(count):
         m = watched[i]
         old, before = u.eta_before[m], u.eta[m]

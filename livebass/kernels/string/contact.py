@@ -20,13 +20,13 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import power
 
-MOST_ITERATIONS = 60
-MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
-MOST_SWEEPS = 400
+MAX_ITERATIONS = 60
+MAX_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
+MAX_SWEEPS = 400
 SMALL = 1e-17  # m
 ENOUGH = 1e-6  # of r: Newton converges quadratically, so the remaining error is near rounding
 SETTLED = 1e-16  # m, change of a displacement at which points solved in turn count as solved
-MOST_FRICTION_SWEEPS = 1000
+MAX_FRICTION_SWEEPS = 1000
 FRICTION_ENOUGH = 1e-13  # of A
 
 
@@ -98,7 +98,7 @@ def solve_point(wanted, old, weight, op, guess):
     r = wanted - weight * guess
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         f, slope = force(r, old, op)
         step = (r + weight * f - wanted) / (1.0 + weight * slope)
         r -= step
@@ -177,7 +177,7 @@ def solve_two(w, op, a, b):
     s = wanted_2 - w21 * guess - w22 * guess_2
     if old_2 <= 0.0 and old_2 + s <= 0.0:
         s = wanted_2
-    for _ in range(MOST_TOGETHER):
+    for _ in range(MAX_TOGETHER):
         f, slope = force(r, old, op)
         g, slope_2 = force(s, old_2, op)
         rest = wanted - r - w11 * f - w12 * g
@@ -259,7 +259,7 @@ def newton(w, op, near, count):
         if old[i] <= 0.0 and old[i] + x <= 0.0:
             x = wanted[i]
         r[i] = x
-    for _ in range(MOST_TOGETHER):
+    for _ in range(MAX_TOGETHER):
         for i in range(count):
             law[i], slope[i] = force(r[i], old[i], op)
         for i in range(count):
@@ -303,7 +303,7 @@ def eliminate(matrix, x, count):
 @jit
 def solve_in_turn(w, op, near, count):
     """Solves one point after another until nothing changes: slow, but it always converges."""
-    for _ in range(MOST_SWEEPS):
+    for _ in range(MAX_SWEEPS):
         change = 0.0
         for i in range(count):
             m = near[i]
@@ -320,7 +320,7 @@ def solve_in_turn(w, op, near, count):
 
 
 @jit
-def felt(op, coupling, force, near, count, m):
+def displacement_at(op, coupling, force, near, count, m):
     """Displacement (m) that the forces at the points in `near` give point `m`, one of them, immediately."""
     if op.diagonal:
         return coupling[m, m] * force[m]
@@ -352,7 +352,7 @@ def solve_friction(slot, op, near, count):
             v.force[near[i]] = 0.0
     if touching == 0:
         return 0
-    for _ in range(MOST_FRICTION_SWEEPS):
+    for _ in range(MAX_FRICTION_SWEEPS):
         change = 0.0
         for i in range(count):
             m = near[i]

@@ -17,7 +17,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import modal
-from livebass.kernels.string.records import CONTACT, LONGER, MOST_NEAR, OPERATOR, PART, STRING, UNKNOWN, WHOLE
+from livebass.kernels.string.records import CONTACT, LONGER, MAX_NEAR, OPERATOR, PART, STRING, UNKNOWN, WHOLE
 
 NEVER = 1 << 60  # a fine step
 FAR = 1 << 40  # fine steps: days
@@ -29,7 +29,7 @@ CONTACT_BYTES = CONTACT.itemsize
 
 
 @jit
-def most_travel(slot, op):
+def max_travel(slot, op):
     """Farthest (m) that any point of the string moves in one fine step."""
     return slot.fastest * op.fine
 
@@ -52,7 +52,7 @@ def clearance_at(slot, op, m):
 @jit
 def may_touch(slot, op, m, step, end):
     """Checks point `m`; True if it may touch between `step` and `end`. u.clearance_now[m] gets `end`'s clearance."""
-    u, travel = slot.u, most_travel(slot, op)
+    u, travel = slot.u, max_travel(slot, op)
     clearance = clearance_at(slot, op, m)
     u.clearance_now[m] = clearance
     known = u.known_at[m]
@@ -106,7 +106,7 @@ def advance_frame(string, k, op, steps, find_suspects, next_check, fine_steps):
 @jit
 def note_clear(slot, op, checks, end):
     """Saves the clearances at `end` of the checked points that did not touch."""
-    u, travel = slot.u, most_travel(slot, op)
+    u, travel = slot.u, max_travel(slot, op)
     for i in range(checks):
         m = slot.checked[i]
         u.clearance[m] = u.clearance_now[m]
@@ -120,7 +120,7 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
 
     It starts where the last modal.try_leap of u started.
     """
-    u, suspects, travel = slot.u, slot.suspects, most_travel(slot, op)
+    u, suspects, travel = slot.u, slot.suspects, max_travel(slot, op)
     step = voice.step
     end = step + steps
     for i in range(count):  # the penetration of a point solved up to `step` is known
@@ -160,13 +160,13 @@ def find_near(slot, op, count, step):
 
     u.clearance_now receives the clearances at its end; over a board a lower bound if that is enough.
     """
-    u, reach = slot.u, most_travel(slot, op) * op.part_steps
+    u, reach = slot.u, max_travel(slot, op) * op.part_steps
     close = np.int64(0)  # a constant would have its own type
     for i in range(count):
         m = slot.suspects[i]
         before = u.clearance[m]
         held = u.solved_at[m] == step and u.eta_before[m] > 0.0
-        if op.points > MOST_NEAR and not held and before > reach:
+        if op.points > MAX_NEAR and not held and before > reach:
             u.clearance_now[m] = before - reach
             continue
         clearance = clearance_at(slot, op, m)
@@ -183,7 +183,7 @@ def update_clearances(slot, op, count, close):
 
     Over a board it assumes that the string came as near as it can; only if that may touch does it compute the value.
     """
-    u, reach = slot.u, most_travel(slot, op) * op.part_steps
+    u, reach = slot.u, max_travel(slot, op) * op.part_steps
     k = 0
     for i in range(count):
         m = slot.suspects[i]
@@ -191,7 +191,7 @@ def update_clearances(slot, op, count, close):
             k += 1
             continue
         u.clearance[m] -= reach
-        if op.points <= MOST_NEAR or u.clearance[m] <= 0.0:
+        if op.points <= MAX_NEAR or u.clearance[m] <= 0.0:
             u.clearance[m] = clearance_at(slot, op, m)
 
 

@@ -1,4 +1,4 @@
-"""A string over frets: up to MOST_NEAR contact points, coupled by their forces.
+"""A string over frets: up to MAX_NEAR contact points, coupled by their forces.
 
 A fine step is one pass over a polarisation's modes: it adds the previous step's forces, advances, and sums the
 displacements at the watched points (watch.py). Then it solves for the forces at these points only. v feels the friction
@@ -26,10 +26,10 @@ def suspect_frets(slot, op, step, end):
 @jit
 def next_check_frets(slot, op, end):
     """Returns the fine step before which no point needs a check."""
-    least = frame.NEVER
+    minimum = frame.NEVER
     for m in range(op.points):
-        least = min(least, slot.u.due[m])
-    return least
+        minimum = min(minimum, slot.u.due[m])
+    return minimum
 
 
 @jit
@@ -49,7 +49,7 @@ def couple(slot, op):
 @jit
 def solve_contact_on_frets(slot, op, voice, watched, count, step):
     """Solves contact at `step`, which `move` has made, and schedules the next check of each point."""
-    u, travel, height = slot.u, frame.most_travel(slot, op), slot.u.height
+    u, travel, height = slot.u, frame.max_travel(slot, op), slot.u.height
     hit = False
     for i in range(count):
         m = watched[i]
@@ -75,7 +75,7 @@ def solve_contact_on_frets(slot, op, voice, watched, count, step):
     touching = contact.solve_points(u, op, watched, count)
     for i in range(count):
         m = watched[i]
-        eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, watched, count, m)
+        eta = u.eta_before[m] + u.wanted[m] - contact.displacement_at(op, u.coupling, u.force, watched, count, m)
         if eta > 0.0 and u.eta[m] <= 0.0:
             frame.log_contact(slot, voice, step, m, (eta - u.eta[m]) / op.fine)
         u.eta_before[m] = u.eta[m]
@@ -95,7 +95,7 @@ def solve_friction_on_frets(slot, op, watched, count):
     for i in range(count):
         m = watched[i]
         v.moved_before[m] = v.moved[m]
-        v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, watched, count, m)
+        v.moved[m] = v.free[m] + contact.displacement_at(op, slot.u.coupling, v.force, watched, count, m)
         v.pending[m] = op.push * v.force[m]
 
 

@@ -14,7 +14,7 @@ resumes where it stops. So it only needs the modes that are heard. [audio thread
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import exp, log2, sin_cos, squared
+from livebass.kernels.machine.elementary import exp, log2, sin_cos, square
 from livebass.kernels.machine.native import record_address, record_at, words_at
 from livebass.kernels.string import handover, modal, operators
 from livebass.kernels.string.operators import (
@@ -27,12 +27,12 @@ from livebass.kernels.string.operators import (
     put_number,
     tap_row,
 )
-from livebass.kernels.string.preparing import faded
+from livebass.kernels.string.preparing import audible_weight
 from livebass.kernels.string.records import BETWEEN, BLOCK, DOUBLE, OPERATOR, TOUCHES, WHOLE
 from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
 
 PERIOD = 1e-3  # s
-LEAST_TIME = 40e-3  # s of a glide: in less a hand would have to jump
+MIN_TIME = 40e-3  # s of a glide: in less a hand would have to jump
 FLESH = 6e-3  # m, half width of the fingertip
 NARROWEST = 4.0  # of k a: shorter waves do not count for the slope under the fingertip
 BETWEEN_BYTES = BETWEEN.itemsize
@@ -72,7 +72,7 @@ def begin_glide(string, ops, length, frames_a_fret):
     voice.glide_from = now
     voice.glide_to = length
     frames = 12.0 * abs(log2(length / now)) * frames_a_fret
-    voice.glide_frames = np.int64(np.rint(max(frames, LEAST_TIME * voice.rate)))
+    voice.glide_frames = np.int64(np.rint(max(frames, MIN_TIME * voice.rate)))
     voice.glide_frame = 0
 
 
@@ -237,9 +237,9 @@ def set_glide_taps(voice, op):
         before, now = 0.0, np.sqrt(2 / op.length)
         sine, cosine = sin_cos(k1 * (op.length - voice.saddle[i]))
         now *= sine
-        window, ratio, step = gaussian_recurrence(squared(k1 * voice.aperture[i]) / 24)
+        window, ratio, step = gaussian_recurrence(square(k1 * voice.aperture[i]) / 24)
         for j in range(op.modes):
-            put_number(row, op, j, now * window * faded(voice.rate, omega[j], sigma[j]))
+            put_number(row, op, j, now * window * audible_weight(voice.rate, omega[j], sigma[j]))
             before, now = now, 2.0 * cosine * now - before
             window *= ratio
             ratio *= step
@@ -257,7 +257,7 @@ def set_slope(made, op):
     k1 = np.pi / op.length
     n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
     made.slope_modes = min(n, op.padded)
-    window, ratio, step = gaussian_recurrence(0.5 * squared(k1 * FLESH))
+    window, ratio, step = gaussian_recurrence(0.5 * square(k1 * FLESH))
     for j in range(made.slope_modes):
         made.slope[j] = np.sqrt(2 / op.length) * k1 * (j + 1) * window
         window *= ratio

@@ -67,7 +67,7 @@ def sum_of_squares(values, first, end):
 
 
 @jit
-def needed(w, n):
+def needed_modes(w, n):
     """Number of the `n` weighted modes that count, in whole BLOCKs: all above are NEGLIGIBLE."""
     q = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.q_before, 0, n)
     p = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.p_before, 0, n)
@@ -143,7 +143,7 @@ two_single_sums = sums(np.float32, two_parts, apart_in_two)
 @jit
 def all_sums(u, v, squares, n, new, new_v, wanted, to):
     """`two_sums` for all modes of `to`, in float32 if some of them are."""
-    n = max(needed(u, n), needed(v, n))
+    n = max(needed_modes(u, n), needed_modes(v, n))
     if to.split == to.padded:
         for m in range(0, to.modes, 2):
             two_sums(u, v, squares, n, new, new_v, wanted, m)

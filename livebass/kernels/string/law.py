@@ -22,7 +22,7 @@ SQUARE_PI = np.pi**2
 
 
 @shared
-def stretched(paper_law, inharmonicity, j):
+def stretch_ratio(paper_law, inharmonicity, j):
     """nu_j / (j f0) on a rigid neck."""
     square = inharmonicity * (j * j)
     return 1.0 + square / 2.0 if paper_law else np.sqrt(1.0 + square)
@@ -60,7 +60,7 @@ def damped_at(note, j):
     """The frequency (Hz) at which to evaluate the damping law."""
     if note.paper_law:
         return np.minimum(j, note.clamp) * note.damped_fundamental
-    return j * note.damped_fundamental * stretched(0, note.inharmonicity, j)
+    return j * note.damped_fundamental * stretch_ratio(0, note.inharmonicity, j)
 
 
 @shared
@@ -100,16 +100,16 @@ def clamped_mode(length):
 def admittance(note, numbers, nu, across):
     """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz), as felt by u, or by v if `across`."""
     if across and note.own_across:
-        y = summed(numbers, note.resonances_across, note.resonances_across_count, note.stop_across, nu)
-        a, b = tabled(numbers, note.table_across, note.table_across_count, 1.0, nu)
+        y = sum_resonances(numbers, note.resonances_across, note.resonances_across_count, note.stop_across, nu)
+        a, b = interpolate_rows(numbers, note.table_across, note.table_across_count, 1.0, nu)
     else:
-        y = summed(numbers, note.resonances, note.resonances_count, note.stop, nu)
-        a, b = tabled(numbers, note.table, note.table_count, 1.0, nu)
+        y = sum_resonances(numbers, note.resonances, note.resonances_count, note.stop, nu)
+        a, b = interpolate_rows(numbers, note.table, note.table_count, 1.0, nu)
     return y[0] + a, y[1] + b
 
 
 @shared
-def summed(numbers, first, count, stop, nu):
+def sum_resonances(numbers, first, count, stop, nu):
     """Re Y and Im Y (m/s/N) of `count` resonances, rows (Hz, Q, kg) from `first` on, plus a stop."""
     real = 0.0
     imaginary = 0.0
@@ -122,7 +122,7 @@ def summed(numbers, first, count, stop, nu):
 
 
 @shared
-def tabled(numbers, first, count, part, nu):
+def interpolate_rows(numbers, first, count, part, nu):
     """`part` times Re Y and Im Y (m/s/N), interpolated in `count` rows (Hz, Re Y, Im Y) from `first`; 0 outside."""
     if count == 0 or not numbers[first] <= nu <= numbers[first + 3 * (count - 1)]:
         return 0.0, 0.0
@@ -156,7 +156,7 @@ def frequency(note, numbers, j, across):
             found += nu * (aside - detuning(admittance(note, numbers, nu, False)[1], through, j))
     else:
         aside = detuning(admittance(note, numbers, nu, across)[1], through, j)
-        found = nu * (stretched(note.paper_law, note.inharmonicity, float(j)) + aside)
+        found = nu * (stretch_ratio(note.paper_law, note.inharmonicity, float(j)) + aside)
     return found / (1.0 + note.longer_across) if own else found
 
 
@@ -217,7 +217,7 @@ def turned_damping(note, numbers, j, nu, across):
 
 
 @shared
-def least_damping(note, numbers, j):
+def min_damping(note, numbers, j):
     """The smaller sigma_j (1/s) of both axes: no direction has less."""
     return min(axis_damping(note, numbers, j, False), axis_damping(note, numbers, j, True))
 
@@ -226,7 +226,7 @@ def least_damping(note, numbers, j):
 def exchange(note, numbers, j):
     """The rate e (rad/s) at which mode `j` of u and of v exchange amplitudes, and Delta: turning.py.
 
-    Delta is the damping of u, of v, and d between them (1/s), above `least_damping`.
+    Delta is the damping of u, of v, and d between them (1/s), above `min_damping`.
     """
     a, b = frequency(note, numbers, j, False), frequency(note, numbers, j, True)
     u, v = turned_frequency(note, numbers, j, False), turned_frequency(note, numbers, j, True)

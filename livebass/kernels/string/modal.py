@@ -38,7 +38,7 @@ from livebass.compiling import compiled, inlined
 from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
-    MOST_LEFT,
+    MAX_LEFT,
     coefficient_at,
     fine_coefficients,
     high_part,
@@ -60,7 +60,7 @@ apart = compiled(fastmath=LANES, attributes="noinline")  # for events, which cal
 # what these leave out is 100 dB below a loud note. Modes that no pickup senses matter for contact alone, and are silent
 # at UNSENSED.
 DEAD, FAINT, UNHEARD, UNSENSED = 1e-13, 1e-10, 3e-7, 3e-5
-MOST_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
+MAX_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
 
 
 @jit
@@ -969,10 +969,10 @@ def amplitude_sum(rows, n, kappa, omega):
 @jit
 def is_dead(rows, kappa, omega, n, silence):
     """True if the last BLOCK of `n` modes is below `silence` (m^1.5/s); sets it to exact zero."""
-    most = 0.0
+    maximum = 0.0
     for j in range(n - BLOCK, n):
-        most = max(most, square_speed(rows, kappa, omega, j))
-    if most > silence * silence:
+        maximum = max(maximum, square_speed(rows, kappa, omega, j))
+    if maximum > silence * silence:
         return False
     for j in range(n - BLOCK, n):
         rows.q[j] = like(rows, 0.0)
@@ -1043,9 +1043,9 @@ def narrow(w, n):
 
 @jit
 def left_by_leap(rows, decay):
-    """The part exp(-`decay`) of the motion after a leap; at most MOST_LEFT in float32 rows."""
+    """The part exp(-`decay`) of the motion after a leap; at most MAX_LEFT in float32 rows."""
     left = exp(-decay)
-    return min(left, MOST_LEFT) if rows.q.itemsize == SINGLE else left
+    return min(left, MAX_LEFT) if rows.q.itemsize == SINGLE else left
 
 
 @inlined
@@ -1087,9 +1087,9 @@ def retune(w, op, rows, ratio):
     """Scales the frequencies of `op`'s coefficients at `rows` by `ratio` and keeps the motion.
 
     P follows kappa, which keeps displacement and velocity. sigma (1/s) stays, the undamped frequency scales;
-    sigma << omega. Frequencies stop at MOST_TURN: above it the contact rate cannot carry modes.
+    sigma << omega. Frequencies stop at MAX_TURN: above it the contact rate cannot carry modes.
     """
-    highest = MOST_TURN / op.fine
+    highest = MAX_TURN / op.fine
     omega = coefficient_at(rows, op, operators.OMEGA)
     for j in range(op.padded):
         w.omega[j] = omega[j] * ratio

@@ -17,7 +17,7 @@ from livebass.kernels.string.law import (
     detuning,
     held_part,
     neck_damping,
-    stretched,
+    stretch_ratio,
 )
 from livebass.rows.parts import NeckLaw, StringLaw
 from livebass.rows.row import copier, rows
@@ -26,8 +26,8 @@ take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
 BOARD_ROUGH = 20e-6  # m that a board may stand above the string at rest; it is pressed flat
 ROUNDING = 1e-9  # m that a crown may stand above the string at rest and still count as level with it
-MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond this the first-order eq. 8 fails
-LEAST_GRID = 8  # steps
+MAX_DETUNING = 0.05  # relative shift of a mode by the neck: beyond this the first-order eq. 8 fails
+MIN_GRID = 8  # steps
 SPLIT = 134217729.0  # 2^27 + 1: splits a float64 into two halves (Veltkamp)
 
 # Return values of `make_note`
@@ -112,7 +112,7 @@ def make_note(string, numbers, fret, note, lists, end):
     """
     stop = resting_on(string, numbers, fret)
     note.length = string.length - crown(string, numbers, stop)[0]
-    note.grid_points = max(LEAST_GRID, int(np.rint(note.length / string.grid_step)))
+    note.grid_points = max(MIN_GRID, int(np.rint(note.length / string.grid_step)))
     take_numbers(string, numbers, stop, note)
     end = set_admittance(string, numbers, stop, note, lists, end)
     end = set_measured(string, numbers, stop, note, lists, end)
@@ -245,12 +245,12 @@ def tune(string, numbers, stop, note, lists):
     if note.stop != 0.0:
         mute += neck_damping(admittance(note, lists, pitch, False)[0], mass * pitch, pitch) / (2 * np.pi)
     sounds = hypotenuse(pitch, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
-    stretch = stretched(note.paper_law, note.inharmonicity, 1.0)
+    stretch = stretch_ratio(note.paper_law, note.inharmonicity, 1.0)
     fundamental = sounds / stretch
     if note.resonances_count + note.table_count > 0 or note.stop != 0.0:
         for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
             aside = detuning(admittance(note, lists, fundamental, False)[1], mass * fundamental, 1)
-            aside = min(max(aside, -MOST_DETUNING), MOST_DETUNING)
+            aside = min(max(aside, -MAX_DETUNING), MAX_DETUNING)
             before = fundamental
             fundamental = sounds / (stretch + aside)
             if abs(fundamental / before - 1) < 1e-12:

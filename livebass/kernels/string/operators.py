@@ -12,7 +12,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, samples_at
-from livebass.kernels.string.records import DOUBLE, LONGER, MOST_NEAR, PART, SINGLE
+from livebass.kernels.string.records import DOUBLE, LONGER, MAX_NEAR, PART, SINGLE
 
 # The coefficient rows in order; LEAPS: rows a, b and g of each leap
 KAPPA, OMEGA, SIGMA = 0, 1, 2  # all float64 ...
@@ -71,7 +71,7 @@ def number_at(address, op, j):
 
 # The largest part of a float32 mode's motion that a leap keeps. Each coefficient, product and sum is rounded by at most
 # 2^-24 of itself: with |cos| + |sin| <= 2^0.5 that adds 3.9 2^-24 of the amplitude. The limit allows for 4 2^-24.
-MOST_LEFT = 1.0 - 2.0**-22
+MAX_LEFT = 1.0 - 2.0**-22
 
 
 @jit
@@ -135,7 +135,7 @@ def positions(op):
 def place_of(contact, ops):
     """Returns the place of a CONTACT: its fret, or m from the nut over a board. `ops`: its string's operators."""
     op = ops[contact.fret]
-    if op.points <= MOST_NEAR:
+    if op.points <= MAX_NEAR:
         return np.float64(contact.fret + 1 + contact.point)
     return ops[0].length - op.length + positions(op)[min(contact.point, op.points - 1)]
 

@@ -16,13 +16,13 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry, inlined
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.string.law import are_turned, exchange, least_damping, turned_damping, turned_frequency
+from livebass.kernels.string.law import are_turned, exchange, min_damping, turned_damping, turned_frequency
 from livebass.kernels.string.operators import (
     EXCHANGE_ROWS,
     KAPPA,
     KEPT,
     LEAPS,
-    MOST_LEFT,
+    MAX_LEFT,
     OMEGA,
     PACE,
     SIGMA,
@@ -45,17 +45,17 @@ from livebass.kernels.string.operators import (
     shape_row,
     tap_row,
 )
-from livebass.kernels.string.records import BLOCK, DOUBLE, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
-from livebass.rows.parts import MOST_GRID, TURNED_MODES, NoteNumbers
+from livebass.kernels.string.records import BLOCK, DOUBLE, LONGER, LOW, MAX_NEAR, OPERATOR, PART, WHOLE
+from livebass.rows.parts import MAX_GRID, TURNED_MODES, NoteNumbers
 from livebass.rows.row import Word, record, words
 
 jit = compiled(attributes=SMALL)
 
 PART_TIME = 5.2e-6  # s, length of the parts that divide a contact frame ...
-LEAST_PART = 16  # ... but at least this many fine steps: a check costs as much as a few steps
+MIN_PART = 16  # ... but at least this many fine steps: a check costs as much as a few steps
 FADE_FROM, FADE_TO = 0.40, 0.46  # of the audio rate: modes fade from the output between these
 FREE_APEX = 2e-3  # of the length: the pluck that counts as grazing if there is no obstacle
-LEAST_SINE = 1e-9  # of a fine step; below it a mode's motion between two fine steps is unknown
+MIN_SINE = 1e-9  # of a fine step; below it a mode's motion between two fine steps is unknown
 ON_GRID = 1e-9  # of a grid step: how far an obstacle may be off the grid
 ALL = 1 << 40  # longer than any list of numbers
 
@@ -66,7 +66,7 @@ PICKUPS, SENSORS, SAMPLED = 0, 1, 2
 DONE, OVERDAMPED, FROZEN = 0, 1, 2
 
 
-def listed(name: str) -> list[tuple[str, str]]:
+def list_rows(name: str) -> list[tuple[str, str]]:
     """A list among the numbers: the index of its first row, and its number of rows."""
     return [(name, "i8"), (f"{name}_count", "i8")]
 
@@ -84,14 +84,14 @@ LISTS = {
     "taps": 2,  # or 1: see PICKUPS
     "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each mode that may answer
 }
-MOST_WORDS = 1 << 23  # of an instrument file
+MAX_WORDS = 1 << 23  # of an instrument file
 NOTE_WORDS = [
-    Word("modes", "i8", 1, MOST_GRID),  # wanted; `measure_operators` removes those that the contact rate cannot carry
+    Word("modes", "i8", 1, MAX_GRID),  # wanted; `measure_operators` removes those that the contact rate cannot carry
     *words(NoteNumbers),  # `measure_operators` sets the grid over a surface
     Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency ...
     Word("stop_across", "f8", 0.0),  # ... the same for v, if `own_across`
     # of each list: the index of its first row, and its number of rows
-    *(Word(f"{name}{end}", "i8", 0, MOST_WORDS) for name in LISTS for end in ("", "_count")),
+    *(Word(f"{name}{end}", "i8", 0, MAX_WORDS) for name in LISTS for end in ("", "_count")),
 ]
 NOTE = record(NOTE_WORDS)
 
@@ -148,7 +148,7 @@ def measure_all(work):
 @jit
 def fit_modes(work, note):
     """Finds a note's modes and grid."""
-    note.modes = carried(work, note)
+    note.modes = carried_modes(work, note)
     if note.surface_count > 0:
         note.grid_points = note.modes + 1
 
@@ -221,7 +221,7 @@ def fill_operator(work, note, op):
     if not op.shared:
         set_shapes(work, note, op)
     set_taps(work, note, op)
-    if op.points <= MOST_NEAR:
+    if op.points <= MAX_NEAR:
         set_coupling(work, note, op)
     set_answers(work, note, op)
     set_exchange(work, note, op)
@@ -251,7 +251,7 @@ def tap_rows(work, note):
 @jit
 def lay_out(work, note, op, place):
     """Sets the operator's row addresses from `place` on; returns the address after the rows."""
-    square = op.points * op.points if op.points <= MOST_NEAR else 0
+    square = op.points * op.points if op.points <= MAX_NEAR else 0
     op.coefficients = place
     op.coefficients_v = op.coefficients + coefficient_bytes(op) * note.own_across
     op.taps = op.coefficients_v + coefficient_bytes(op)
@@ -274,7 +274,7 @@ def numbers_of(work):
 
 
 @jit
-def carried(work, note):
+def carried_modes(work, note):
     """Number of wanted modes below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
@@ -307,7 +307,7 @@ def set_numbers(work, note, op):
 def set_parts(work, op):
     """Sets the fine steps of frames and of their parts, and the number of leaps over them."""
     op.steps = work.numerator // work.denominator
-    op.parts = min(np.int64(np.rint(op.steps * (1.0 / work.contact_rate) / PART_TIME)), op.steps // LEAST_PART)
+    op.parts = min(np.int64(np.rint(op.steps * (1.0 / work.contact_rate) / PART_TIME)), op.steps // MIN_PART)
     if op.parts < 2:
         op.parts = 0
     op.part_steps = op.steps // max(op.parts, 1)
@@ -335,7 +335,7 @@ def set_coefficients(work, note, op, rows, across):
             return np.int64(OVERDAMPED)
         w = np.sqrt(w * w - s * s)
         sine = sin(w * dt)
-        if abs(sine) < LEAST_SINE:
+        if abs(sine) < MIN_SINE:
             return np.int64(FROZEN)
         kept, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
         es = damp * sine
@@ -349,7 +349,7 @@ def set_coefficients(work, note, op, rows, across):
             steps, row = leap_steps(op, which), LEAPS + 3 * which
             damp = exp(-s * steps * dt)
             if k >= op.split:
-                damp = min(damp, MOST_LEFT)
+                damp = min(damp, MAX_LEFT)
             turned = damp * sin(w * steps * dt)
             put_number(mixed_coefficient(rows, op, row), op, k, damp * cos(w * steps * dt))
             put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)
@@ -361,7 +361,7 @@ def set_coefficients(work, note, op, rows, across):
 def damping_of(work, note, op, k, nu, across):
     """sigma (1/s) of u's mode `k`, or of v's if `across`, at `nu` (Hz); the exchange has the rest (turning.py)."""
     if k < op.turned:
-        return least_damping(note, numbers_of(work), k + 1)
+        return min_damping(note, numbers_of(work), k + 1)
     return turned_damping(note, numbers_of(work), k + 1, nu, across)
 
 
@@ -442,12 +442,12 @@ def measure_by_own(op):
 @jit
 def behind_table(note):
     """Float64 count of a note's workspace, before room for one number per contact point."""
-    return note.grid_points + 1 + 2 * MOST_NEAR
+    return note.grid_points + 1 + 2 * MAX_NEAR
 
 
 @jit
 def set_table(work, note):
-    """Fills the workspace with sin(pi k / N) for k = 0 to N; room for two rows of MOST_NEAR follows."""
+    """Fills the workspace with sin(pi k / N) for k = 0 to N; room for two rows of MAX_NEAR follows."""
     n = note.grid_points
     table = floats_at(work.table, work.table_words)
     for k in range(n // 2 + 1):
@@ -566,7 +566,7 @@ def set_taps(work, note, op):
         if work.taps == PICKUPS:
             set_pickups(work, note, op, k, rows)
         elif work.taps == SENSORS:
-            fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+            fade = audible_weight(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
             for i in range(2):
                 weight = shape_at(note, list_value(work, note.taps, i), k + 1) * fade
                 put_number(tap_row(op, 2 * i), op, k, weight)
@@ -582,7 +582,7 @@ def set_taps(work, note, op):
 
 
 @jit
-def faded(rate, omega, sigma):
+def audible_weight(rate, omega, sigma):
     """Weight of a mode in the output at `rate` (Hz): 1 well within the audio band, 0 above it."""
     nu = np.sqrt(omega * omega + sigma * sigma) / (2 * np.pi)
     low, high = FADE_FROM * rate, FADE_TO * rate
@@ -594,7 +594,7 @@ def faded(rate, omega, sigma):
 @jit
 def set_pickups(work, note, op, k, rows):
     """Fills mode `k`'s weights at each pickup: a Gaussian window as wide as a rectangle of the aperture."""
-    fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
+    fade = audible_weight(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
     if fade == 0.0:
         return
     for i in range(rows):

@@ -17,14 +17,14 @@ from livebass.rows.parts import TURNED_MODES
 ROW = 1048  # the most modes, and the most contact points, of one string
 DOUBLE, SINGLE = 8, 4  # bytes
 SPACING = DOUBLE * ROW  # bytes from one row of modes to the next
-MOST_NEAR = 32  # contact points solved together in one fine step
+MAX_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
 BATCH = 16  # frames filtered together
 BLOCK = 16  # modes woken and dropped together
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; maximum number of groups
 UNKNOWN = -1  # a step number: never
 RING_ON = 1 << 30  # in `idle`: hands that move do not mute these strings
-MOST_ANSWERS = 128  # modes of other strings that may answer one string
+MAX_ANSWERS = 128  # modes of other strings that may answer one string
 LOW = TURNED_MODES  # float64 modes in qualities that are not exact: whole BLOCKs
 NOTHING: Mapping[str, int] = {}
 BETWEEN_ROWS = 9 + 9 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
@@ -35,7 +35,7 @@ def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
 
 
 def _answers(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
-    return name, kind, (MOST_ANSWERS,)
+    return name, kind, (MAX_ANSWERS,)
 
 
 def on_lines(fields: list[Any], within: Mapping[str, int] = NOTHING) -> np.dtype[Any]:
@@ -52,7 +52,7 @@ def on_lines(fields: list[Any], within: Mapping[str, int] = NOTHING) -> np.dtype
     return _record(fields, offsets, -(-end // LINE) * LINE)
 
 
-def _spaced(fields: list[Any]) -> np.dtype[Any]:
+def _with_spacing(fields: list[Any]) -> np.dtype[Any]:
     """A record of rows, and of records of rows, whose rows begin SPACING apart."""
     offsets, end = [], 0
     for field in fields:
@@ -72,8 +72,8 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
     float32 rows are as far apart as float64 rows, which may share their memory.
     """
     # k fine steps at once, free: q <- a q + b P, P <- a P - g q
-    leap = _spaced([_row("a", kind), _row("b", kind), _row("g", kind)])
-    return _spaced(
+    leap = _with_spacing([_row("a", kind), _row("b", kind), _row("g", kind)])
+    return _with_spacing(
         [
             _row("q", kind),  # displacement
             _row("p", kind),  # P, momentum scaled to one fine step; d during fine steps (modal.py)
@@ -96,15 +96,15 @@ WHOLE, PART, LONGER = 0, 1, 2  # leaps: one frame; part of a frame; one fine ste
 # Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(
     [
-        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between the points solved for ...
-        ("wanted", "f8", (MOST_NEAR,)),  # ... r* at each ...
-        ("old", "f8", (MOST_NEAR,)),  # ... and eta^{n-1}
-        ("matrix", "f8", (MOST_NEAR, MOST_NEAR)),
-        ("residual", "f8", (MOST_NEAR,)),
-        ("slope", "f8", (MOST_NEAR,)),  # df/dr
-        ("law", "f8", (MOST_NEAR,)),  # f
-        ("r", "f8", (MOST_NEAR,)),  # eta^{n+1} - eta^{n-1}
-        ("place", "i8", (MOST_NEAR,)),  # of the solved points, among those near
+        ("coupling", "f8", (MAX_NEAR, MAX_NEAR)),  # W between the points solved for ...
+        ("wanted", "f8", (MAX_NEAR,)),  # ... r* at each ...
+        ("old", "f8", (MAX_NEAR,)),  # ... and eta^{n-1}
+        ("matrix", "f8", (MAX_NEAR, MAX_NEAR)),
+        ("residual", "f8", (MAX_NEAR,)),
+        ("slope", "f8", (MAX_NEAR,)),  # df/dr
+        ("law", "f8", (MAX_NEAR,)),  # f
+        ("r", "f8", (MAX_NEAR,)),  # eta^{n+1} - eta^{n-1}
+        ("place", "i8", (MAX_NEAR,)),  # of the solved points, among those near
     ],
     align=True,
 )
@@ -151,7 +151,7 @@ WORK = on_lines(
         _row("next_watch", "i8"),  # fine step of a near point's next watch ...
         _row("last_watched", "i8"),  # ... and of the last one ...
         _row("watched_steps", "i8"),  # ... and number of watched steps in a row
-        ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
+        ("coupling", "f8", (MAX_NEAR, MAX_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
     ],
     within={"high": DOUBLE * LOW},
@@ -180,7 +180,7 @@ OPERATOR = np.dtype(
         ("shared", "i8"),  # 1: its shapes are those of the string before, at the same fret
         ("split", "i8"),  # number of float64 modes in the pool's rows, the others are float32; whole BLOCKs
         ("tap_modes", "i8"),  # rounded up to a whole BLOCK: the taps have no weight above
-        ("points", "i8"),  # contact points; more than MOST_NEAR: a board
+        ("points", "i8"),  # contact points; more than MAX_NEAR: a board
         ("diagonal", "i8"),  # W couples no points ...
         ("weight", "f8"),  # ... and this is its diagonal
         ("steps", "i8"),  # whole fine steps per frame
@@ -372,14 +372,14 @@ VOICE = np.dtype(
         ("gain_pole", "f8"),
         ("log", "i8"),  # address of a ring of CONTACT, one per new contact ...
         ("log_room", "i8"),  # ... and its size, 0: none are kept
-        ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
-        ("told_room", "i8"),  # ... and its size in events, 0: none are kept
+        ("reports", "i8"),  # address of a REPORTS and a ring of EVENT (reports.py) ...
+        ("report_room", "i8"),  # ... and its size in events, 0: none are kept
         # what the pots make of it, and what has been reported
         ("mix", "f8", (4,)),  # level of each pickup now
         ("b", "f8", (4,)),  # output filter
         ("a", "f8", (4,)),
         ("logged", "i8"),  # contacts so far: the last is at (logged - 1) % log_room
-        ("told_count", "i8"),  # events since the string was still
+        ("report_count", "i8"),  # events since the string was still
         # the state: another version of the bass takes it over (live/thread/carry.py)
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
@@ -491,7 +491,7 @@ ANSWERS = np.dtype(
         _answers("pair_imaginary"),
         _answers("pair_allowed"),  # factor of its real part
         # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse
-        ("flow", "f8", (MOST_ANSWERS, 8)),
+        ("flow", "f8", (MAX_ANSWERS, 8)),
     ],
     align=True,
 )

@@ -6,12 +6,12 @@ frame.py, frets.py and board.py move it from frame to frame. [any thread]
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.machine.elementary import squared
+from livebass.kernels.machine.elementary import square
 from livebass.kernels.string import modal, turning
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.preparing import FADE_TO
-from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
+from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MAX_NEAR, NONE, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity from the string's energy: plucks reached 3.8 (hard, near the bridge),
@@ -111,7 +111,7 @@ def wake_slot(slot, op, step):
     for m in range(op.points):
         u.due[m] = UNKNOWN
         u.known_at[m] = UNKNOWN
-    if op.points > MOST_NEAR:
+    if op.points > MAX_NEAR:
         for g in range(GROUP_ROOM):
             u.group_due[g] = UNKNOWN
             u.group_known_at[g] = UNKNOWN
@@ -141,10 +141,10 @@ def allow_exchange(slot, op):
 
 
 @jit
-def tune_slot(slot, op, ratio, most):
+def tune_slot(slot, op, ratio, maximum):
     """Tunes the slot to `ratio` times the operator's frequencies without a jump of displacement or velocity.
 
-    Modes above `most` (rad/s) are no longer heard.
+    Modes above `maximum` (rad/s) are no longer heard.
     """
     modal.retune(slot.u, op, op.coefficients, ratio)
     if slot.v_ready:
@@ -152,7 +152,7 @@ def tune_slot(slot, op, ratio, most):
     slot.ratio = ratio
     slot.heard = op.tap_modes
     if ratio > 1.0:
-        while slot.heard > 0 and slot.u.omega[min(slot.heard, op.modes) - 1] > most:
+        while slot.heard > 0 and slot.u.omega[min(slot.heard, op.modes) - 1] > maximum:
             slot.heard -= BLOCK
 
 
@@ -219,8 +219,8 @@ def is_steady(voice, op, steepest):
 
     The integral of the squared slope is at most steepness^2 times the length, in u and in v (tension.py).
     """
-    most = voice.stretch * 2.0 * steepest * steepest * op.length
-    return not is_exact(op) and most * op.weight < STEADY * squared(op.fine * op.speed)
+    maximum = voice.stretch * 2.0 * steepest * steepest * op.length
+    return not is_exact(op) and maximum * op.weight < STEADY * square(op.fine * op.speed)
 
 
 @jit

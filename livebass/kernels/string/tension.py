@@ -18,17 +18,17 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.records import BLOCK
 from livebass.kernels.string.touch import linear_density
 
-MOST = 0.2  # of the tension: its largest growth
-MOST_TURN, FEW = 2.0, 8  # rad per frame, and modes, of a string in vibrato
+MAXIMUM = 0.2  # of the tension: its largest growth
+MAX_TURN, FEW = 2.0, 8  # rad per frame, and modes, of a string in vibrato
 
 
 @jit
-def modes_below(slot, op, h, turn, most):
-    """Number of modes, `most` or fewer by BLOCKs, that turn by at most `turn` rad in `h` s.
+def modes_below(slot, op, h, turn, maximum):
+    """Number of modes, `maximum` or fewer by BLOCKs, that turn by at most `turn` rad in `h` s.
 
     A stiff string has fewer such modes than an ideal one.
     """
-    n = min(np.int64(turn * op.length / (np.pi * op.speed * h)) // BLOCK * BLOCK, most)
+    n = min(np.int64(turn * op.length / (np.pi * op.speed * h)) // BLOCK * BLOCK, maximum)
     while n > 0 and slot.u.omega[min(n, op.modes) - 1] * h > turn:
         n -= BLOCK
     return max(n, 0)
@@ -46,8 +46,8 @@ def tighten_by_motion(voice, slot, op, h):
     else:
         total = k1 * k1 * modal.slope_square(slot.u, n)
     mu = linear_density(op)
-    most, for_each = MOST * mu * op.speed * op.speed, h / mu * k1 * k1  # while the sum is not yet known
-    push = for_each * min(voice.stretch * total, most)
+    maximum, for_each = MAXIMUM * mu * op.speed * op.speed, h / mu * k1 * k1  # while the sum is not yet known
+    push = for_each * min(voice.stretch * total, maximum)
     modal.tighten(slot.u, n, push)
     modal.tighten(slot.v, min(n, slot.v_active), push)
 
@@ -56,9 +56,9 @@ def tighten_by_motion(voice, slot, op, h):
 def tighten_by_vibrato(slot, op, h, tighter):
     """Raises the tension by the part `tighter`, as a hand in vibrato does, for a frame of `h` s.
 
-    Only modes that the audio rate carries and that turn by at most MOST_TURN per frame take part.
+    Only modes that the audio rate carries and that turn by at most MAX_TURN per frame take part.
     """
-    n = modes_below(slot, op, h, MOST_TURN, max(slot.heard - BLOCK, FEW))
+    n = modes_below(slot, op, h, MAX_TURN, max(slot.heard - BLOCK, FEW))
     k = np.pi / op.length * op.speed * slot.ratio
     push = h * tighter * k * k
     modal.tighten(slot.u, min(n, slot.active), push)

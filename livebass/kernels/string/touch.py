@@ -122,8 +122,8 @@ def dashpot(t, d):
 @jit
 def modes_under(op, width):
     """Number of modes, in whole BLOCKs, that the dashpots of a finger of half width `width` (m) move."""
-    most = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
-    n = np.int64(most * op.length / np.pi) + 1
+    maximum = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
+    n = np.int64(maximum * op.length / np.pi) + 1
     return min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
 
 

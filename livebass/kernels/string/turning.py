@@ -33,7 +33,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import invalidate_contact, is_touching
 from livebass.kernels.string.operators import exchange_row
 from livebass.kernels.string.records import THERE
-from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MOST_OWED
+from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MAX_OWED
 
 
 @jit
@@ -88,7 +88,7 @@ def series(z, a, b, c):
 def exchange(voice, slot, op, step):
     """Exchanges energy between u and v if it is time, after the slot has moved to fine step `step`."""
     if (voice.frame + 1 - voice.begun) % EXCHANGE_EVERY == 0:
-        slot.owed = min(slot.owed + 1, MOST_OWED)
+        slot.owed = min(slot.owed + 1, MAX_OWED)
     n = min(max(slot.active, slot.v_active), op.turned)
     if slot.owed == 0 or n == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
         return

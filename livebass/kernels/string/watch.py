@@ -9,7 +9,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.string import modal
-from livebass.kernels.string.frame import most_travel, steps_clear
+from livebass.kernels.string.frame import max_travel, steps_clear
 
 EARLY = 2  # steps that a point is watched before it could touch
 FAR = EARLY + 2  # steps: a point that cannot touch within these is skipped for a while
@@ -73,7 +73,7 @@ def end_fine_steps(w, op, near, count, n):
 @jit
 def load_points(slot, op, near, count, step):
     """Loads the penetrations of the points in `near` at `step` and before, or marks points as clear for a while."""
-    u, v, travel, height = slot.u, slot.v, most_travel(slot, op), slot.u.height
+    u, v, travel, height = slot.u, slot.v, max_travel(slot, op), slot.u.height
     for i in range(count):
         m = near[i]
         u.force[m] = 0.0
@@ -118,7 +118,7 @@ def find_friction_points(slot, op, count):
     Friction at n + 1 acts where u touches at n, and needs v at n - 1 and n: v is sensed if u could touch within EARLY
     steps.
     """
-    u, v, travel = slot.u, slot.v, most_travel(slot, op)
+    u, v, travel = slot.u, slot.v, max_travel(slot, op)
     friction_points = np.int64(0)
     for i in range(count):
         m = slot.watched[i]
@@ -206,7 +206,7 @@ def schedule(u, m, travel, step):
 @jit
 def save_points(slot, op, near, count, step):
     """Saves the solved points at `step`, and lower bounds of all clearances."""
-    u, v, travel = slot.u, slot.v, most_travel(slot, op)
+    u, v, travel = slot.u, slot.v, max_travel(slot, op)
     v_moves = slot.v_active > 0
     for i in range(count):
         m = near[i]

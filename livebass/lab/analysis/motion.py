@@ -29,7 +29,7 @@ from livebass.sound.analysis import (
     contactogram,
     frame_times,
     fundamental,
-    resampled,
+    resample,
 )
 
 T60_NEPERS = 3 * math.log(10)  # 60 dB
@@ -191,7 +191,7 @@ class Solved:
     def at_paper_rate(self, across: bool = False) -> Floats:
         """Returns `displacement` at 51.2 kHz. Needs SciPy if the motion has another rate."""
         moved = self.displacement(across)
-        return moved if self.rate == PAPER_RATE else resampled(moved, round(self.rate))
+        return moved if self.rate == PAPER_RATE else resample(moved, round(self.rate))
 
     @cached_property
     def contacts(self) -> Contactogram:
@@ -236,9 +236,9 @@ class Solved:
             ValueError: A motion of less than two periods.
         """
         first = float(modes.frequencies(self.speaking, 1)[0])
-        least, most = (part * first for part in PITCHES)
+        minimum, maximum = (part * first for part in PITCHES)
         low = _low_passed(self.motion.displacement_m, LOW * first / self.rate)
-        return fundamental(low, self.rate, least, most, PITCH_HOP, 1 / first, threshold=None)
+        return fundamental(low, self.rate, minimum, maximum, PITCH_HOP, 1 / first, threshold=None)
 
     def energies(self) -> tuple[Floats, Floats, Floats]:
         """Computes energies at the times of `Trial.states`.

@@ -102,9 +102,9 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
         for k in range(count):
             turn, i = divmod(k, strings)
             dynamics = TURNS[turn % len(TURNS)]
-            least, most = DYNAMICS[dynamics]
+            minimum, maximum = DYNAMICS[dynamics]
             rate = RATES[(sum(name) + i + (turn if strings < len(RATES) else 0)) % len(RATES)]
-            notes.append(Note(preset, i, int(frets[k]), dynamics, int(rng.integers(least, most + 1)), rate))
+            notes.append(Note(preset, i, int(frets[k]), dynamics, int(rng.integers(minimum, maximum + 1)), rate))
     return notes
 
 
@@ -142,7 +142,7 @@ def with_stroke(bass: Instrument, stroke: str) -> Instrument:
     return replace(bass, player=replace(bass.player, stroke=stroke)) if stroke else bass
 
 
-def played(
+def play_plucks(
     notes: Sequence[Note], quality: Quality, plucks: Sequence[float] | None = None, workers: int | None = None
 ) -> list[Heard]:
     """Plays each of `notes` alone in `quality`, by an `even` player, once with each force of `plucks`.
@@ -185,7 +185,7 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
     alone, rate = string_alone(bass, notes[0].string), notes[0].rate
     engine, player = Engine(alone, quality, rate, workers=1), alone.player
     strike = 0.0 if player.thumb_mass > 0 else player.strike_time
-    held = round((strike if struck(alone) else player.pull_time) * rate)
+    held = round((strike if is_slapped(alone) else player.pull_time) * rate)
     out = []
 
     def send(*message: int) -> None:
@@ -209,7 +209,7 @@ def string_alone(bass: Instrument, i: int) -> Instrument:
     )
 
 
-def struck(bass: Instrument) -> bool:
+def is_slapped(bass: Instrument) -> bool:
     """True if the thumb strikes the lowest string of `bass`."""
     return bass.player.technique == "slap" and bass.player.slapped_strings > 0
 
@@ -281,7 +281,7 @@ def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[H
         string = presets[worst.preset].strings[worst.string].name
         out[kind] = {
             "notes": len(found[kind]), "plucks": errors.size, "median_db": float(np.median(errors)),
-            "worst_db": float(errors.max()), "worst": _called(worst.preset, string, worst.fret, worst.velocity),
+            "worst_db": float(errors.max()), "worst": _note_label(worst.preset, string, worst.fret, worst.velocity),
         }  # fmt: skip
     return out
 
@@ -313,7 +313,7 @@ def waveform_error(sounds: Floats, others: Floats) -> Floats:
     return np.asarray(20 * np.log10(np.maximum(np.sqrt(((a - b) ** 2).mean(axis=1)) / size, SAME)))
 
 
-def _called(preset: str, string: str, fret: int, velocity: int) -> str:
+def _note_label(preset: str, string: str, fret: int, velocity: int) -> str:
     return f"{preset} {string} fret {fret}, velocity {velocity}"
 
 
@@ -321,10 +321,10 @@ def _summary(rows: list[Row]) -> Row:
     keys = ("frequency", "brighter", "spectrum_db", "heard_db")
     means = {key: float(np.mean([row[key] for row in rows])) for key in keys}
     worst = max(rows, key=lambda row: row["frequency"])
-    name = _called(worst["preset"], worst["string"], worst["fret"], worst["velocity"])
-    most = float(np.quantile([row["frequency"] for row in rows], 0.95))
+    name = _note_label(worst["preset"], worst["string"], worst["fret"], worst["velocity"])
+    maximum = float(np.quantile([row["frequency"] for row in rows], 0.95))
     return {
-        "notes": len(rows), **means, "most_frequency": most, "worst_frequency": worst["frequency"], "worst": name,
+        "notes": len(rows), **means, "most_frequency": maximum, "worst_frequency": worst["frequency"], "worst": name,
     }  # fmt: skip
 
 

@@ -226,7 +226,7 @@ def _notes(keys: MidiProbe, listener: AudioProbe, block: int, notes: int) -> tup
     return frames, discarded
 
 
-HEAD = ("way", "block", "notes", "least", "median", "most", "jitter", "not counted")
+HEAD = ("way", "block", "notes", "minimum", "median", "maximum", "jitter", "not counted")
 
 
 def table(result: Result) -> str:

@@ -27,7 +27,7 @@ from livebass.lab.bench.fidelity import (
     distance,
     forces,
     guest_notes,
-    played,
+    play_plucks,
     representative_notes,
     waveforms,
 )
@@ -45,9 +45,9 @@ RATE = 48_000  # Hz
 EDGES = 10.0 ** np.linspace(-2.0, 1.5, 71)  # of the histograms, parts of the deadline; the outer bins take the rest
 NULL = "reference, again"
 # A quality's allowed error of the characteristic frequency beyond that of `reference` against itself: mean, worst note.
-MOST_BIAS, MOST_BIAS_FREE = (0.02, 0.15), (0.001, 0.001)  # of notes with and without contacts
+MAX_BIAS, MAX_BIAS_FREE = (0.02, 0.15), (0.001, 0.001)  # of notes with and without contacts
 # dB, of waveforms over lossy frets, median and worst; pops and boards are shown without a promise.
-MOST_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
+MAX_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
 TEAM_BLOCK = 64  # frames, for strings side by side
 ALONE_PRESET, ALONE_BLOCK, ALONE_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
 
@@ -161,15 +161,15 @@ def _quality_row(bass: Instrument, quality: str, block: int, extent: Extent) -> 
             tried[strings] = _row(bass, QUALITIES[quality], block, strings, extent.fit_runs, extent.line)
         return float(tried[strings][key])
 
-    fits = {key: most_that_fit(every, partial(load, key)) for key in ("worst", "quiet_worst")}
+    fits = {key: max_that_fit(every, partial(load, key)) for key in ("worst", "quiet_worst")}
     return tried[every] | {"fit": fits["worst"], "quiet_fit": fits["quiet_worst"]}
 
 
-def most_that_fit(most: int, load: Callable[[int], float]) -> int:
-    """Returns the largest number up to `most` whose `load`, an increasing function, is below 1; 0 if there is none."""
-    if load(most) < 1.0:
-        return most
-    fits, fails = 0, most
+def max_that_fit(maximum: int, load: Callable[[int], float]) -> int:
+    """The largest number up to `maximum` whose `load`, an increasing function, is below 1; 0 if there is none."""
+    if load(maximum) < 1.0:
+        return maximum
+    fits, fails = 0, maximum
     while fails - fits > 1:
         middle = (fits + fails) // 2
         if load(middle) < 1.0:
@@ -198,20 +198,20 @@ def _fidelity(extent: Extent, progress: Say) -> tuple[dict[str, Result], dict[st
         return {}, {}
     plucks = forces(extent.plucks)
     progress(f"{len(notes)} notes, {len(plucks)} plucks each, in reference")
-    wanted = played(notes, reference, plucks)
+    wanted = play_plucks(notes, reference, plucks)
     found, near = {}, {}
     for quality in others:
         progress(f"{quality} against reference")
-        sounds = played(notes, QUALITIES[quality], plucks)
+        sounds = play_plucks(notes, QUALITIES[quality], plucks)
         found[quality], near[quality] = distance(notes, sounds, wanted), waveforms(notes, sounds, wanted)
     progress("reference against itself")
-    found[NULL] = distance(notes, played(notes, reference, forces(extent.plucks, other=True)), wanted)
+    found[NULL] = distance(notes, play_plucks(notes, reference, forces(extent.plucks, other=True)), wanted)
     return found, near
 
 
-def allowed(group: str, null: Row) -> tuple[float, float]:
+def allowed_error(group: str, null: Row) -> tuple[float, float]:
     """Returns a quality's allowed error in a group, mean and worst note: the `null`'s error plus the allowed bias."""
-    mean, worst = MOST_BIAS_FREE if group == "no contact" else MOST_BIAS
+    mean, worst = MAX_BIAS_FREE if group == "no contact" else MAX_BIAS
     return null["frequency"] + mean, null["worst_frequency"] + worst
 
 
@@ -239,14 +239,14 @@ def _targets(
                 out.append(_target(f"{label}: worst block", 0.5, figures["worst"], figures))
     for quality in [name for name in fidelity if name != NULL]:
         for group, far in fidelity[quality]["groups"].items():
-            mean, worst = allowed(group, fidelity[NULL]["groups"][group])
+            mean, worst = allowed_error(group, fidelity[NULL]["groups"][group])
             label = f"{quality} from reference, {group}: characteristic frequency"
             out.append(_target(f"{label}, mean", mean, far["frequency"]))
             out.append(_target(f"{label}, worst note", worst, far["worst_frequency"]))
     for quality, kinds in near.items():
         for kind in [kind for kind in PROMISED if kind in kinds]:
             label = f"{quality} from reference, {kind}: waveform of hard notes"
-            for name, limit, key in zip(("median", "worst"), MOST_WAVEFORM, ("median_db", "worst_db"), strict=True):
+            for name, limit, key in zip(("median", "worst"), MAX_WAVEFORM, ("median_db", "worst_db"), strict=True):
                 out.append(_target(f"{label}, {name}", limit, kinds[kind][key], unit="dB"))
     label = f"one string at full fidelity, {ALONE_BLOCK} frames: worst block"
     return [*out, _target(label, 1.0, alone["worst"], alone)]
@@ -276,7 +276,7 @@ EXPLAINED = (
     "brighter: the same with its sign, mean over notes",
     *(f"{group}: {meaning}" for group, meaning in GROUPS.items()),
     f"{NULL}: as many plucks beside those; contacts amplify the smallest difference, whatever the quality",
-    f"wanted of a quality: at most {MOST_BIAS[0]:.0%} more than these in the mean, {MOST_BIAS[1]:.0%} in the worst",
+    f"wanted of a quality: at most {MAX_BIAS[0]:.0%} more than these in the mean, {MAX_BIAS[1]:.0%} in the worst",
 )
 TARGET_HEAD = ("wanted", "plain", "best run", "quiet", "at most", "")
 TARGET_KEYS = ("value", "best_run", "quiet", "limit")

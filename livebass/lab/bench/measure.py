@@ -19,7 +19,7 @@ from livebass.lab.paper.cases import CASES
 from livebass.model.quality import QUALITIES
 from livebass.model.trial import Trial, in_quality
 from livebass.system.cores import core_count
-from livebass.system.extras import installed
+from livebass.system.extras import installed_version
 
 CASE_B = CASES["b"]
 RATES = (50_000, 48_000)  # Hz, of the output; the 8 MHz of case B are an integer multiple of the first
@@ -88,7 +88,7 @@ def _machine() -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "numba": installed("numba"),
+        "numba": installed_version("numba"),
         "load_before": load,  # by processes already running
     }
 

@@ -13,8 +13,8 @@ import threading
 from typing import Any
 
 from livebass.lab.bench.jack import end_after
+from livebass.live.device_errors import OutputLost
 from livebass.live.jackmidi import JackMidi
-from livebass.live.lost import OutputLost
 from livebass.live.portaudio import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import even

@@ -5,7 +5,7 @@ preset:
 
     from livebass import QUALITIES, load_preset, render_to_array, single_note
     from livebass.lab.comparison import (
-        basses, distance, figures, measure, measured, outside, rendered, summary, telling
+        basses, distance, figures, measure, measure_notes, outside, render_notes, summary, telling
     )
 
     preset = load_preset("jazz-finger")
@@ -15,8 +15,8 @@ preset:
     note.missing                                                # {"t60_3200": "no partial ..."}: the reason
     measure(sound, 48_000, 65.4, only=["centroid_20"])          # in a fraction of the time
 
-    real = measured(["tests/recordings/growlybass"]) # the notes of sound files, or folders of them
-    ours = rendered(preset, real, takes=1)                      # the same pitches, velocities over the dynamics
+    real = measure_notes(["tests/recordings/growlybass"])  # the notes of sound files, or folders of them
+    ours = render_notes(preset, real, takes=1)                  # the same pitches, velocities over the dynamics
     summary(ours)["hard"]["centroid_20"]                        # median over the hardest notes; "soft", "v78" ...
     (bass,) = basses("mine", ours, rendered=True)               # one for each technique
     outside(figures(bass), bass.technique)                      # {("centroid_20", "hard"): 241.2, ...}, 0 inside
@@ -29,7 +29,7 @@ preset:
 from livebass.lab.comparison.comparing import Comparison
 from livebass.lab.comparison.distance import distance
 from livebass.lab.comparison.measures import Measures, measure
-from livebass.lab.comparison.notes import Note, measured, rendered
+from livebass.lab.comparison.notes import Note, measure_notes, render_notes
 from livebass.lab.comparison.recordings import compare
 from livebass.lab.comparison.rows import ROWS, Row
 from livebass.lab.comparison.summary import Bass, Figure, basses, figures, outside, summary
@@ -37,5 +37,5 @@ from livebass.lab.comparison.telling import telling
 
 __all__ = [
     "ROWS", "Bass", "Comparison", "Figure", "Measures", "Note", "Row", "basses", "compare", "distance", "figures",
-    "measure", "measured", "outside", "rendered", "summary", "telling",
+    "measure", "measure_notes", "outside", "render_notes", "summary", "telling",
 ]  # fmt: skip

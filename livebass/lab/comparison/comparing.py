@@ -96,7 +96,7 @@ def _letter(number: int) -> str:
     return ("" if number < 26 else _letter(number // 26 - 1)) + chr(ord("a") + number % 26)
 
 
-def compared(basses: Sequence[Bass], progress: Progress | None = None) -> Comparison:
+def compare_basses(basses: Sequence[Bass], progress: Progress | None = None) -> Comparison:
     """Compares each bass with each real one. Measures all notes, tracked by `progress`."""
     ordered = sorted(basses, key=lambda b: b.rendered)
     real = [b for b in ordered if not b.rendered]

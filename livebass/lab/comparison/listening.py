@@ -21,7 +21,7 @@ from livebass.rows.arrays import Floats
 from livebass.rows.units import cents, note_name
 from livebass.sound.meter import LoudnessMeter
 
-MOST = 24  # real notes on a page
+MAXIMUM = 24  # real notes on a page
 LONGEST = 3.0  # s of a note
 LEAD, FADE = 0.02, 0.05  # s, kept before the attack, and faded out at the end
 CEILING = 10 ** (-0.3 / 20)  # peak of a note
@@ -48,7 +48,7 @@ class Row:
 
 
 def rows(shown: Sequence[Compared]) -> list[Row]:
-    """Returns the rows of up to MOST notes of the real basses, by pitch and from soft to hard.
+    """Returns the rows of up to MAXIMUM notes of the real basses, by pitch and from soft to hard.
 
     The rendered basses stand beside them; if there are none, the other real basses beside the first.
     """
@@ -56,19 +56,19 @@ def rows(shown: Sequence[Compared]) -> list[Row]:
     if not others:
         real, others = list(shown[:1]), list(shown[1:])
     notes = sorted(((n, c) for c in real for n in c.bass.notes), key=lambda pair: (pair[0].pitch, pair[0].rank))
-    if len(notes) > MOST:
-        notes = [notes[round(k)] for k in np.linspace(0, len(notes) - 1, MOST)]
+    if len(notes) > MAXIMUM:
+        notes = [notes[round(k)] for k in np.linspace(0, len(notes) - 1, MAXIMUM)]
     return [_row(note, each, others) for note, each in notes]
 
 
 def _row(real: Note, of: Compared, others: Sequence[Compared]) -> Row:
-    cut = _cut(real)
+    cut = _excerpt(real)
     players = [(of.bass.title, real, cut, 0.0, math.nan)]
     for other in others:
         found = [n for n in other.bass.notes if same_pitch(n.pitch, real.pitch)]
         if found:
             note = min(found, key=lambda n: (_apart(real, n), abs(n.rank - real.rank)))
-            sound = _cut(note)
+            sound = _excerpt(note)
             gain = _loudness_apart(cut, real.rate, sound, note.rate)
             players.append((other.bass.title, note, sound * 10 ** (gain / 20), gain, between(real.shape, note.shape)))
     lower = min(1.0, *(CEILING / max(float(np.abs(sound).max()), 1e-9) for _, _, sound, _, _ in players))
@@ -88,7 +88,7 @@ def _apart(a: Note, b: Note) -> float:
     return math.inf if math.isnan(found) else found
 
 
-def _cut(note: Note) -> Floats:
+def _excerpt(note: Note) -> Floats:
     """A note from its attack on, LONGEST at most, faded so the end does not click."""
     begin = max(0, attack(note.sound, note.rate) - round(LEAD * note.rate))
     sound = np.array(note.sound[begin:][: round(LONGEST * note.rate)], np.float64)

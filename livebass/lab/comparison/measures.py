@@ -207,14 +207,14 @@ def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
     if samples.size < SHORTEST * rate:
         raise ValueError(f"{samples.size / rate:.3g} s of sound: at least {SHORTEST:g} s are needed")
     note = _Note(samples, float(rate), float(pitch), begun, np.zeros(0, np.int64), np.zeros(0))
-    refined = _refined(note.low)
+    refined = _refine_pitch(note.low)
     numbers, found = partials(samples, rate, refined)
-    told = replace(note, pitch=refined, numbers=numbers, partials=found)
-    told.__dict__["spectrum"] = note.spectrum
-    return told
+    completed = replace(note, pitch=refined, numbers=numbers, partials=found)
+    completed.__dict__["spectrum"] = note.spectrum
+    return completed
 
 
-def _refined(low: _Note) -> float:
+def _refine_pitch(low: _Note) -> float:
     """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or the pitch of the note if none is found."""
     piece = low.sound[round(0.1 * low.rate) : round(1.0 * low.rate)]
     if piece.size * low.pitch < 8 * low.rate:
@@ -234,9 +234,9 @@ def _power(sound: Floats) -> float:
     return float(np.mean(sound**2)) if sound.size else 0.0
 
 
-def _spectrum(sound: Floats, rate: float, window: Floats, least: float = 1.0) -> tuple[Floats, Floats]:
-    """Returns frequencies (bins,), at most `least` Hz apart, and power (bins,) of a windowed sound."""
-    size = max(sound.size, math.ceil(rate / least))
+def _spectrum(sound: Floats, rate: float, window: Floats, minimum: float = 1.0) -> tuple[Floats, Floats]:
+    """Returns frequencies (bins,), at most `minimum` Hz apart, and power (bins,) of a windowed sound."""
+    size = max(sound.size, math.ceil(rate / minimum))
     size = 1 << (size - 1).bit_length()
     return np.arange(size // 2 + 1) * rate / size, np.abs(np.fft.rfft(sound * window, size)) ** 2
 
@@ -245,7 +245,7 @@ def _hann(n: int) -> Floats:
     return np.asarray(np.hanning(n + 1)[:-1])
 
 
-def _faded(n: int, fade: int) -> Floats:
+def _fade_window(n: int, fade: int) -> Floats:
     """Returns a window that is 1 and falls in its last `fade` samples."""
     window = np.ones(n)
     fade = min(fade, n)
@@ -297,7 +297,7 @@ def _t60(note: _Note, rings: Ringing) -> dict[str, Any]:
 def _bands(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Levels of bands in the first 0.3 s relative to the fundamental."""
     piece = note.part(0.0, BODY)
-    nu, power = _spectrum(piece, note.rate, _faded(piece.size, round(0.03 * note.rate)))
+    nu, power = _spectrum(piece, note.rate, _fade_window(piece.size, round(0.03 * note.rate)))
     base = float(power[(nu > 0.5 * note.pitch) & (nu < 1.5 * note.pitch)].sum())
     if not base > 0:
         raise _Unknown("no fundamental")
@@ -562,7 +562,7 @@ def _thump(note: _Note, rings: Ringing) -> dict[str, Any]:
     note.attacked()
     begin = note.part(0.0, 0.03)
     found: dict[str, Any] = {}
-    nu, power = _spectrum(begin, note.rate, _faded(begin.size, round(0.005 * note.rate)), 2.0)
+    nu, power = _spectrum(begin, note.rate, _fade_window(begin.size, round(0.005 * note.rate)), 2.0)
     total = float(power.sum())
     for key, middle in zip(SHARE_KEYS, OCTAVES, strict=True):
         low, high = middle / math.sqrt(2), middle * math.sqrt(2)

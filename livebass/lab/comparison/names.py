@@ -20,7 +20,7 @@ KINDS = {
     SILENCE: "silence silent",  # the electronics alone
     "other": "dead ghost harmonic harmonics",
 }
-USUAL = "fingers"  # the technique, if nothing tells it
+DEFAULT_TECHNIQUE = "fingers"  # the technique, if nothing tells it
 NOTE = "note"  # the kind, if nothing tells it
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 PLACES = {"open": True, "stopped": False}
@@ -39,10 +39,10 @@ COUNTED = re.compile(r"([1-9])(?:st|nd|rd|th)?")  # a string by its number, from
 
 
 @dataclass(frozen=True)
-class Told:
+class NameInfo:
     """A recording as its names tell it."""
 
-    technique: str = USUAL
+    technique: str = DEFAULT_TECHNIQUE
     kind: str = NOTE  # or one of KINDS
     dynamic: str = ""  # "": not told
     string: str = ""  # its note, or its number from the highest string; "": not told
@@ -50,17 +50,17 @@ class Told:
     place: str = ""  # the other words, but not the take: equal for notes of one key
 
 
-def told_by(parts: Sequence[str]) -> Told:
+def info_of_name(parts: Sequence[str]) -> NameInfo:
     """Reads the names of a recording: of its folders, from the outermost, and last of the file without its ending."""
     each = [words_of(part) for part in parts]
     every = [word for words in each for word in words]
-    known = [WORDS[w] for w in map(_unnumbered, every) if w in WORDS]
+    known = [WORDS[w] for w in map(_without_number, every) if w in WORDS]
     dynamic, used = _dynamic(each)
-    place = " ".join(w for w in each[-1] if _unnumbered(w) not in WORDS and w not in used and not TAKE.fullmatch(w))
-    usual = SILENCE if is_quiet(parts[-1]) and not re.search("[a-z]", place) else NOTE  # "quiet" alone, or of a note
-    return Told(
-        next((name for name in reversed(TECHNIQUES) if name in known), USUAL),
-        next((name for name in known if name in KINDS), usual),
+    place = " ".join(w for w in each[-1] if _without_number(w) not in WORDS and w not in used and not TAKE.fullmatch(w))
+    default = SILENCE if is_quiet(parts[-1]) and not re.search("[a-z]", place) else NOTE  # "quiet" alone, or of a note
+    return NameInfo(
+        next((name for name in reversed(TECHNIQUES) if name in known), DEFAULT_TECHNIQUE),
+        next((name for name in known if name in KINDS), default),
         dynamic,
         _string(every),
         next((PLACES[w] for w in every if w in PLACES), None),
@@ -70,7 +70,7 @@ def told_by(parts: Sequence[str]) -> Told:
 
 def is_quiet(name: str) -> bool:
     """True if a name calls a recording quiet: a soft note, or a silence."""
-    return "quiet" in map(_unnumbered, words_of(name))
+    return "quiet" in map(_without_number, words_of(name))
 
 
 def words_of(name: str) -> list[str]:
@@ -106,7 +106,7 @@ def _dynamic(each: Sequence[Sequence[str]]) -> tuple[str, set[str]]:
     for words in reversed(each):
         found = _dynamics(words)
         layers = [(f"v{int(m[1])}", {w}) for w in words if (m := LAYER.fullmatch(w))]
-        sure = [told for told in found if len(told[0]) > 1]
+        sure = [match for match in found if len(match[0]) > 1]
         if sure or layers or (found and words is each[-1]):
             chosen = (sure or layers or found)[-1]
             return chosen[0], chosen[1] | {w for _, used in layers for w in used}
@@ -126,12 +126,12 @@ def _dynamics(words: Sequence[str]) -> list[tuple[str, set[str]]]:
 
 def _loudness(word: str) -> str:
     """The dynamic that a word names; "" if it names none."""
-    plain = _unnumbered(word)
+    plain = _without_number(word)
     plain = SAME.get(plain, plain)
     return plain if plain in LOUDNESS else ""
 
 
-def _unnumbered(word: str) -> str:
+def _without_number(word: str) -> str:
     """A word without the number of a take that follows it: "soft2"."""
     glued = re.fullmatch(r"([a-z]{2,})\d+", word)
     return glued[1] if glued else word
@@ -140,10 +140,10 @@ def _unnumbered(word: str) -> str:
 def _string(words: Sequence[str]) -> str:
     """The string: "stringE", "string E", "E string", "4th string"."""
     for k, word in enumerate(words):
-        told = STRING.fullmatch(word)
-        if not told:
+        match = STRING.fullmatch(word)
+        if not match:
             continue
-        if name := told[1] or told[2] or told[3]:
+        if name := match[1] or match[2] or match[3]:
             return name.capitalize()
         beside = [words[j] for j in (k + 1, k - 1) if 0 <= j < len(words)]
         for kind in (NAMED, COUNTED):
@@ -157,6 +157,6 @@ def _string(words: Sequence[str]) -> str:
 
 def _is_known(word: str) -> bool:
     """True if a word means something other than a string's name."""
-    if _unnumbered(word) in WORDS or word in PLACES or _loudness(word):
+    if _without_number(word) in WORDS or word in PLACES or _loudness(word):
         return True
     return any(pattern.fullmatch(word) for pattern in (TAKE, LAYER, FRET))

@@ -20,7 +20,7 @@ import numpy as np
 from livebass.engine.engine import Engine
 from livebass.lab.comparison.distance import Shape, shape
 from livebass.lab.comparison.measures import Measures, measure
-from livebass.lab.comparison.names import NOTE, SILENCE, USUAL, is_quiet, strength, told_by, words_of
+from livebass.lab.comparison.names import DEFAULT_TECHNIQUE, NOTE, SILENCE, info_of_name, is_quiet, strength, words_of
 from livebass.lab.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, note_frequency
 from livebass.model.quality import QUALITIES
@@ -52,7 +52,7 @@ class Note:
     sound: Floats  # (n,), full scale 1
     rate: int  # Hz
     pitch: float  # Hz; 0 without pitch
-    technique: str = USUAL
+    technique: str = DEFAULT_TECHNIQUE
     kind: str = NOTE  # or another of names.KINDS
     dynamic: str = ""  # its name; "" if not yet known
     rank: int = 0  # of the dynamic, 0 the softest
@@ -71,7 +71,7 @@ class Note:
         return shape(self.sound, self.rate)
 
 
-def measured(
+def measure_notes(
     paths: Iterable[str | PathLike[str]], technique: str | None = None, left_out: list[str] | None = None
 ) -> list[Note]:
     """Returns the notes of recordings, sound files or folders of them, each with `measures`.
@@ -90,8 +90,8 @@ def measured(
         unheard = []
         found: list[Note] = []
         for file in files:
-            told = (file.stem,) if file == path else file.relative_to(path).with_suffix("").parts
-            heard = _of_file(file, told, technique)
+            parts = (file.stem,) if file == path else file.relative_to(path).with_suffix("").parts
+            heard = _of_file(file, parts, technique)
             found += heard
             unheard += [] if heard else [str(file)]
         if not found:
@@ -110,8 +110,8 @@ def _sounds_in(folder: Path) -> list[Path]:
     return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]
 
 
-def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Note]:
-    names = told_by(told)
+def _of_file(file: Path, parts: Sequence[str], technique: str | None) -> list[Note]:
+    names = info_of_name(parts)
     recording = read_recording(file, silent=True)
     first = Note(
         str(file), recording.sound, recording.rate, 0.0, technique or names.technique, names.kind,
@@ -120,7 +120,7 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     if names.kind != NOTE:
         return [first]
     heard = _with_pitch(recording, first) if recording.sound.any() else []
-    return heard or ([replace(first, kind=SILENCE)] if is_quiet(told[-1]) else [])
+    return heard or ([replace(first, kind=SILENCE)] if is_quiet(parts[-1]) else [])
 
 
 def _with_pitch(recording: Recording, first: Note) -> list[Note]:
@@ -142,7 +142,7 @@ def _by_dynamics(notes: list[Note]) -> list[Note]:
     if not plucked:
         return notes
     if not all(n.dynamic for n in plucked):
-        names = _numbered(plucked) or _by_level(plucked)
+        names = _dynamic_numbers(plucked) or _by_level(plucked)
         plucked = [replace(n, dynamic=name) for n, name in zip(plucked, names, strict=True)]
     order = sorted({n.dynamic for n in plucked}, key=strength)
     plucked = [replace(n, rank=order.index(n.dynamic)) for n in plucked]
@@ -154,7 +154,7 @@ def _level(note: Note) -> float:
     return 10 * math.log10(float(np.mean(start**2)) + 1e-30)
 
 
-def _numbered(notes: Sequence[Note]) -> list[str] | None:
+def _dynamic_numbers(notes: Sequence[Note]) -> list[str] | None:
     """Returns the number in each name with which the level grows at every pitch, if all have such a number."""
     words = [[w for w in words_of(Path(n.name).stem) if w.isdigit()] for n in notes]
     count = {len(w) for w in words}
@@ -186,7 +186,7 @@ def _by_level(notes: Sequence[Note]) -> list[str]:
     return [("soft", "medium", "hard")[min(2, int(3 * (level - low) / (high - low)))] for level in levels]
 
 
-def rendered(
+def render_notes(
     preset: str | Instrument,
     like: Sequence[Note],
     *,
@@ -206,12 +206,12 @@ def rendered(
     one_of("quality", quality, QUALITIES)
     plucked = [n for n in like if n.kind == NOTE]
     count = 1 + max((n.rank for n in plucked), default=0)
-    speeds = list(velocities) if velocities is not None else spread(count)
+    speeds = list(velocities) if velocities is not None else spread_velocities(count)
     within("takes", takes, 1, 16, whole=True)
     if not speeds or any(not 1 <= v <= 127 for v in speeds) or sorted(speeds) != speeds:
         raise refusal("velocities", "from 1 to 127, from soft to hard", speeds)
     engine = Engine(bass, QUALITIES[quality], RATE, seed)
-    played = technique or (plucked[0].technique if plucked else USUAL)
+    played = technique or (plucked[0].technique if plucked else DEFAULT_TECHNIQUE)
     keys = sorted({round(69 + 12 * math.log2(n.pitch / 440)) for n in plucked})
     keys = [key for key in keys if _playable(bass, key)]
     notes = []
@@ -219,20 +219,20 @@ def rendered(
         for rank, velocity in enumerate(speeds):
             for take in range(takes):
                 number = seed + 1 + take + takes * (rank + len(speeds) * key)
-                sound, is_open = _played(engine.another(number), key, velocity, HELD, 0.0)
+                sound, is_open = _play_note(engine.another(number), key, velocity, HELD, 0.0)
                 notes.append(
                     Note(f"{bass.name} {key} v{velocity}", sound, RATE, note_frequency(key), played, "note",
                          f"v{velocity}", rank, str(key), is_open)
                 )  # fmt: skip
         middle = speeds[len(speeds) // 2]
-        sound, _ = _played(engine.another(seed), key, middle, RELEASED, AFTER)
+        sound, _ = _play_note(engine.another(seed), key, middle, RELEASED, AFTER)
         released = sound[round(RELEASED * RATE) :]
         notes.append(Note(f"{bass.name} {key} released", released, RATE, note_frequency(key), played, "release",
                           f"v{middle}", place=str(key)))  # fmt: skip
     return notes
 
 
-def spread(count: int) -> list[int]:
+def spread_velocities(count: int) -> list[int]:
     """Returns the velocities of `count` dynamics, from soft to hard."""
     return [ONLY] if count == 1 else [round(float(v)) for v in np.linspace(*VELOCITIES, count)]
 
@@ -244,9 +244,9 @@ def _playable(bass: Instrument, key: int) -> bool:
     )
 
 
-def _played(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
+def _play_note(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
     """Returns one note, `held` (s) plus a `tail` (s), strings summed, (n,); and whether the string is open."""
     score = score_of([(0.0, held, key, velocity)], RATE)
-    told = engine.another(engine.seed).play_messages(score.frames, score.messages)
+    events = engine.another(engine.seed).play_messages(score.frames, score.messages)
     sound = np.concatenate([block.sum(axis=0) for block in engine.play(score, tail)])
-    return sound, not told["fret"].any()
+    return sound, not events["fret"].any()

@@ -22,7 +22,7 @@ from livebass.report.picture import figure, image, shown_text
 from livebass.rows.units import cents, note_name
 from livebass.sound.analysis import spectrogram_db
 
-MOST = 4  # basses in a picture
+MAXIMUM = 4  # basses in a picture
 PITCHES = 3  # with spectrograms
 LONGEST, HIGHEST, RANGE = 1.5, 8000.0, 70.0  # s, Hz, dB of a spectrogram
 STEP = 0.02  # s, for a level over time
@@ -34,7 +34,7 @@ def page(comparison: Comparison, title: str = "", above: str = "") -> str:
 
     title: by default the names of the basses; above: HTML that comes first.
     """
-    shown = _shown(comparison)
+    shown = _basses_to_draw(comparison)
     heard = listening.rows(shown)
     drawn = [*_spectrograms(shown), _levels(shown), _decays(shown), _bands(shown)]
     names = [each.bass.title for each in comparison.basses]
@@ -42,25 +42,25 @@ def page(comparison: Comparison, title: str = "", above: str = "") -> str:
         "livebass.lab.comparison", "comparison.html",
         version=__version__, title=title or " beside ".join(names), above=above, names=names,
         figures=[{"png": base64.b64encode(png).decode(), "caption": caption} for png, caption in drawn],
-        heard=heard, count=sum(len(c.bass.notes) for c in shown if not c.bass.rendered), most=listening.MOST,
+        heard=heard, count=sum(len(c.bass.notes) for c in shown if not c.bass.rendered), maximum=listening.MAXIMUM,
         rows=[_row(comparison, row) for row in comparison.rows()],
         distances=[
             (each.bass.title, title, NOTHING if math.isnan(f.value) else f"{f.value:.1f}")
             for each in comparison.basses for title, f in each.to_real
         ],
-        notes=[f"{each.bass.title}: {_counted(each)}" for each in comparison.basses],
+        notes=[f"{each.bass.title}: {_count_notes(each)}" for each in comparison.basses],
     )  # fmt: skip
 
 
-def _shown(comparison: Comparison) -> Sequence[Compared]:
+def _basses_to_draw(comparison: Comparison) -> Sequence[Compared]:
     """Returns the basses to draw; never drops all rendered ones."""
     rendered = [c for c in comparison.basses if c.bass.rendered]
     real = [c for c in comparison.basses if not c.bass.rendered]
-    count = max(MOST - len(rendered), MOST // 2) if rendered else MOST
-    return [*real[:count], *rendered[: MOST - len(real[:count])]]
+    count = max(MAXIMUM - len(rendered), MAXIMUM // 2) if rendered else MAXIMUM
+    return [*real[:count], *rendered[: MAXIMUM - len(real[:count])]]
 
 
-def _counted(each: Compared) -> str:
+def _count_notes(each: Compared) -> str:
     by_dynamic: dict[str, int] = {}
     for note in sorted(each.bass.notes, key=lambda n: n.rank):
         by_dynamic[note.dynamic] = by_dynamic.get(note.dynamic, 0) + 1

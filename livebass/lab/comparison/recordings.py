@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TypedDict, Unpack
 
-from livebass.lab.comparison.comparing import Comparison, compared
-from livebass.lab.comparison.notes import measured, rendered
+from livebass.lab.comparison.comparing import Comparison, compare_basses
+from livebass.lab.comparison.notes import measure_notes, render_notes
 from livebass.lab.comparison.summary import Bass, basses
 from livebass.lab.comparison.telling import example
 from livebass.preset.load import load_preset
@@ -59,14 +59,14 @@ def compare(
     Raises:
         ValueError: A file is no sound, no note is heard, or a preset has none of the pitches.
     """
-    found, _ = heard(real, beside, technique)
+    found, _ = read_basses(real, beside, technique)
     if all(bass.rendered for bass in found):
         raise ValueError(f"{real[0] if real else 'nothing'}: no plucked note is heard")
-    found += played(presets, found, technique=technique, taken=[*real, *beside], **how)
-    return compared(found, progress)
+    found += play_presets(presets, found, technique=technique, taken=[*real, *beside], **how)
+    return compare_basses(found, progress)
 
 
-def heard(
+def read_basses(
     recordings: Sequence[Place], beside: Iterable[Place] = (), technique: str | None = None
 ) -> tuple[list[Bass], list[str]]:
     """Returns the basses in files and folders, and the files in which no note with a pitch is heard."""
@@ -74,13 +74,13 @@ def heard(
     folders, files = [path for path in real if path.is_dir()], [path for path in real if not path.is_dir()]
     names, left_out, found = _names([*folders, *other]), list[str](), list[Bass]()
     for name, paths in [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]:
-        found += basses(name, measured(paths, technique, left_out))
+        found += basses(name, measure_notes(paths, technique, left_out))
     for path in other:
-        found += basses(names[path], measured([path], technique, left_out), rendered=True)
+        found += basses(names[path], measure_notes([path], technique, left_out), rendered=True)
     return found, left_out
 
 
-def played(
+def play_presets(
     presets: Sequence[str],
     like: Sequence[Bass],
     *,
@@ -95,7 +95,7 @@ def played(
     notes = [note for bass in like if not bass.rendered for note in bass.notes] or example()
     names, found = _names([*map(Path, taken), *map(Path, presets)]), list[Bass]()
     for preset in presets:
-        made = rendered(load_preset(preset), notes, technique=technique, **how)
+        made = render_notes(load_preset(preset), notes, technique=technique, **how)
         if not made:
             raise ValueError(f"{preset}: it has none of the pitches of {taken[0] if taken else 'the example'}")
         found += basses(names[Path(preset)], made, rendered=True)

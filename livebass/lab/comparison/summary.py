@@ -92,8 +92,8 @@ def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
             by_rank[note.rank].append(note)
     found = {}
     for rank in sorted(by_rank):
-        told = medians(by_rank[rank])
-        found[by_rank[rank][0].dynamic] = {key: figure.value for key, figure in told.items()}
+        valid = medians(by_rank[rank])
+        found[by_rank[rank][0].dynamic] = {key: figure.value for key, figure in valid.items()}
     if found:
         names = list(found)
         found.setdefault(SOFT, found[names[0]])
@@ -117,8 +117,8 @@ def figures(bass: Bass) -> Figures:
         if notes:
             found |= {(key, when): figure for key, figure in medians(notes).items()}
             for key, percent in EXTREME.items():
-                told = [v for n in notes if not math.isnan(v := n.measures[key])]
-                found[f"{key}_90", when] = Figure(float(np.percentile(told, percent))) if told else found[key, when]
+                valid = [v for n in notes if not math.isnan(v := n.measures[key])]
+                found[f"{key}_90", when] = Figure(float(np.percentile(valid, percent))) if valid else found[key, when]
     of_all = {
         **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_spans(bass),
         **_takes(bass), **_release(bass), "touch_distance": _touch(bass),
@@ -146,9 +146,9 @@ def reason(bass: Bass, when: str) -> str:
 
 
 def _median(values: Iterable[float], reasons: Iterable[str] = (), why: str = "no note tells it") -> Figure:
-    told = [v for v in values if not math.isnan(v)]
-    if told:
-        return Figure(float(np.median(told)))
+    valid = [v for v in values if not math.isnan(v)]
+    if valid:
+        return Figure(float(np.median(valid)))
     said = Counter(r for r in reasons if r)
     return Figure(math.nan, said.most_common(1)[0][0] if said else why)
 
@@ -276,13 +276,13 @@ def distances(bass: Bass, real: Sequence[Bass]) -> dict[str, Figure]:
     why = "no other real bass" if not others else "no pitch in common"
 
     def nearest(seconds: float, equalized: bool = False, allowed: Callable[[Note, Note], bool] = _same) -> Figure:
-        least = []
+        minimum = []
         for note in bass.notes:
             apart = [between(note.shape, o.shape, seconds, equalized) for o in others if allowed(note, o)]
-            told = [d for d in apart if not math.isnan(d)]
-            if told:
-                least.append(min(told))
-        return _median(least, why=why)
+            valid = [d for d in apart if not math.isnan(d)]
+            if valid:
+                minimum.append(min(valid))
+        return _median(minimum, why=why)
 
     def alike(note: Note, other: Note) -> bool:
         return _same(note, other) and _when(bass, note) == touch[id(other)]
@@ -300,9 +300,11 @@ def _when(bass: Bass, note: Note) -> str:
 
 def apart(bass: Bass, other: Bass, seconds: float = SPANS[0]) -> Figure:
     """Returns the median distance from the notes of a bass to the nearest of another one, at the same pitch."""
-    least = []
+    minimum = []
     for note in bass.notes:
-        told = [d for o in other.notes if _same(note, o) and not math.isnan(d := between(note.shape, o.shape, seconds))]
-        if told:
-            least.append(min(told))
-    return _median(least, why="no pitch in common")
+        valid = [
+            d for o in other.notes if _same(note, o) and not math.isnan(d := between(note.shape, o.shape, seconds))
+        ]
+        if valid:
+            minimum.append(min(valid))
+    return _median(minimum, why="no pitch in common")

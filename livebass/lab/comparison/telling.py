@@ -91,7 +91,7 @@ class Sign:
 
 
 @dataclass(frozen=True)
-class Told:
+class Distinction:
     """How well a bass can be told from real ones."""
 
     name: str
@@ -148,15 +148,15 @@ def group(name: str, notes: Sequence[Note]) -> Group:
     return Group(name, name, notes[0].technique, np.array([n.pitch for n in notes]), rows)
 
 
-def tell(bass: Group) -> Told:
+def tell(bass: Group) -> Distinction:
     """Returns how well a bass can be told from the real ones; its own recordings are left out of these."""
     others = tuple(g for g in real() if not _same(bass, g))
     alike = tuple(g for g in others if g.technique == bass.technique)
     enough = len({g.bass for g in alike}) >= ALIKE
     among = alike if enough else others
-    found = {name: _told(bass, among, name) for name in WITHOUT}
+    found = {name: _auc_of(bass, among, name) for name in WITHOUT}
     scale = {name: _scale(tuple(g.name for g in among), name) for name in WITHOUT}
-    return Told(bass.name, found, scale, _signs(bass, among), len({g.bass for g in among}),
+    return Distinction(bass.name, found, scale, _signs(bass, among), len({g.bass for g in among}),
                 bass.technique if enough else "")  # fmt: skip
 
 
@@ -164,22 +164,22 @@ def tell(bass: Group) -> Told:
 def _scale(names: tuple[str, ...], without: str) -> list[float]:
     """Returns the AUC of each of some real groups among the others of them."""
     among = [g for g in real() if g.name in names]
-    return [_told(each, [g for g in among if g.bass != each.bass], without) for each in among]
+    return [_auc_of(each, [g for g in among if g.bass != each.bass], without) for each in among]
 
 
 @dataclass(frozen=True)
 class Telling:
     """How well basses can be told from real ones."""
 
-    basses: tuple[Told, ...]
+    basses: tuple[Distinction, ...]
 
     def table(self) -> str:
         """Returns it as text."""
-        return "\n\n".join(told.text() for told in self.basses)
+        return "\n\n".join(distinction.text() for distinction in self.basses)
 
     def json(self) -> str:
         """Returns it as JSON."""
-        return json_text({"basses": [told.json() for told in self.basses]})
+        return json_text({"basses": [distinction.json() for distinction in self.basses]})
 
 
 def telling(basses: Sequence[Bass], progress: Progress | None = None) -> Telling:
@@ -204,7 +204,7 @@ def _same(bass: Group, other: Group) -> bool:
     return bool((close.sum(axis=2) > EQUAL * np.maximum(known, 10)).any())
 
 
-def _told(bass: Group, among: Sequence[Group], without: str) -> float:
+def _auc_of(bass: Group, among: Sequence[Group], without: str) -> float:
     """Returns the AUC of a bass, each real one left out in turn."""
     columns = np.array([key not in WITHOUT[without] for key in FIGURES])
     own, *others = _standard([g.figures for g in (bass, *among)], columns)
@@ -217,7 +217,7 @@ def _told(bass: Group, among: Sequence[Group], without: str) -> float:
     for left in real:
         train = [rows for name, rows in real.items() if name != left]
         for k in (0, 1):
-            beta = _trained(own[half == k], train)
+            beta = _train(own[half == k], train)
             found.append(_auc(own[half != k] @ beta, real[left] @ beta))
     return float(np.mean(found))
 
@@ -233,7 +233,7 @@ def _standard(groups: Sequence[Floats], columns: NDArray[np.bool_]) -> list[Floa
     return [np.clip(np.nan_to_num((x - middle) / spread), -CLIPPED, CLIPPED) for x in logs]
 
 
-def _trained(own: Floats, others: Sequence[Floats]) -> Floats:
+def _train(own: Floats, others: Sequence[Floats]) -> Floats:
     """Returns weights of figures whose sum is higher for notes like `own`, by logistic regression.
 
     Each real bass weighs the same, and all of them together as much as `own`.
@@ -260,7 +260,7 @@ def _auc(a: Floats, b: Floats) -> float:
     return float(np.mean((a[:, None] > b) + 0.5 * (a[:, None] == b)))
 
 
-def _known(bass: Group, column: int) -> Floats:
+def _known_values(bass: Group, column: int) -> Floats:
     """Returns the values of a figure that notes show."""
     values = bass.figures[:, column]
     return values[np.isfinite(values)]
@@ -271,8 +271,8 @@ def _signs(bass: Group, among: Sequence[Group]) -> list[Sign]:
     rows = {row.key: row for row in reversed(ROWS)}
     found = []
     for column, key in enumerate(FIGURES):
-        own = _known(bass, column)
-        others = [x for g in among if (x := _known(g, column)).size]
+        own = _known_values(bass, column)
+        others = [x for g in among if (x := _known_values(g, column)).size]
         if key in rows and 2 * own.size >= len(bass.figures) and len(others) > 1:
             row, auc = rows[key], float(np.mean([_auc(own, x) for x in others]))
             middle, *medians = (float(np.median(x)) for x in (own, *others))

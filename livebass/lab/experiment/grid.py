@@ -22,31 +22,31 @@ from livebass import __version__
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
 from livebass.model.quality import ANGLE, APEX, AT, Limits
-from livebass.model.trial import Asked, Trial, checked_trial, in_quality, speaking_string
+from livebass.model.trial import PluckRequest, Trial, checked_trial, in_quality, speaking_string
 from livebass.preset.build import Builder
-from livebass.preset.keys import KEYS, Key, checked, nearest
+from livebass.preset.keys import KEYS, Key, check_value, nearest
 from livebass.preset.load import preset_tables
 from livebass.rows.bounds import between, complaint, refusal, within
 from livebass.rows.units import DIMENSIONS, note_number, split_quantity
 from livebass.sound.analysis import PAPER_RATE
-from livebass.system.extras import installed
+from livebass.system.extras import installed_version
 
 SINGLE = ("neck", "output", "coil", "player")  # sections that occur once in a preset
 MEASURED, GEOMETRY = ("height_scale", "height_offset"), ("frets", "action", "relief", "nut_height")
 
 
-def _limited(name: str, limits: Limits, meaning: str) -> Key:
+def _pluck_key(name: str, limits: Limits, meaning: str) -> Key:
     unit = next(unit for unit, size in DIMENSIONS[limits.dimension].units.items() if size == 1.0)
-    least, most = (f"{end!r} {unit}" for end in (limits.least, limits.most))
-    return Key("pluck", name, limits.dimension, least, most, None, meaning)
+    minimum, maximum = (f"{end!r} {unit}" for end in (limits.minimum, limits.maximum))
+    return Key("pluck", name, limits.dimension, minimum, maximum, None, meaning)
 
 
 PLUCK = {
     key.name: key
     for key in (
-        _limited("apex", APEX, "height of the plucked corner"),
-        _limited("at", AT, "where it is, from the stop"),
-        _limited("angle", ANGLE, "of the pull, from straight up"),
+        _pluck_key("apex", APEX, "height of the plucked corner"),
+        _pluck_key("at", AT, "where it is, from the stop"),
+        _pluck_key("angle", ANGLE, "of the pull, from straight up"),
         Key("pluck", "fret", "integer", "0", "36", None, "where the string is stopped"),
     )
 }
@@ -120,7 +120,7 @@ def names() -> list[str]:
     return [*keys, "neck.lift.1"]
 
 
-def hidden(at: Target, data: dict[str, Any], string: str) -> str:
+def hiding_reason(at: Target, data: dict[str, Any], string: str) -> str:
     """The reason why changing `at` has no effect on `string` of `data`, and the key that has; "" if it has one."""
     if at.section != "neck" and not at.neck:
         return ""
@@ -161,7 +161,7 @@ def _what(key: Key) -> str:
     }.get(key.kind, "a choice")
 
 
-MOST = 100_000  # values of a parameter, and points of a grid
+MAXIMUM = 100_000  # values of a parameter, and points of a grid
 USAGE = "needs KEY=FROM:TO:N or KEY=FROM:TO:N:log, such as neck.action=1.5mm:3mm:7"
 
 
@@ -187,7 +187,7 @@ class Axis:
 
     def value(self, number: float) -> Any:
         """`number` in SI. Raises ValueError, with the limits."""
-        return checked(self.at.key, self.raw(number))
+        return check_value(self.at.key, self.raw(number))
 
     def shown(self, number: float) -> str:
         """Key and value for messages, "neck.action = 1.5 mm"."""
@@ -204,8 +204,8 @@ def axis(text: str) -> Axis:
     (first_text, last_text, count_text), spacing = parts[:3], parts[3:]
     if spacing not in ([], ["log"]):
         raise ValueError(f"{text}: only log may come after N, not {spacing[0]!r}")
-    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", count_text) or not 1 <= int(count_text) <= MOST:
-        raise refusal(f"{at.dotted}: N", between(1, MOST, whole=True), repr(count_text.strip()))
+    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", count_text) or not 1 <= int(count_text) <= MAXIMUM:
+        raise refusal(f"{at.dotted}: N", between(1, MAXIMUM, whole=True), repr(count_text.strip()))
     first, unit = _number(at, first_text)
     last, other = _number(at, last_text)
     if other != unit:
@@ -253,7 +253,7 @@ INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.
 
 
 @dataclass(frozen=True)
-class Settings(Asked):
+class Settings(PluckRequest):
     """The pluck and the precision of its solution: the same at every point unless a `pluck.` key is varied."""
 
     preset: str = "paper-g"  # name or file
@@ -282,7 +282,7 @@ def program() -> str:
     """Identifies the program: livebass with a digest of its sources, and the libraries that may round differently."""
     sources = sorted(Path(__file__).parents[2].rglob("*.py"))
     digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()[:12]
-    return f"livebass {__version__} ({digest}), numpy {installed('numpy')}, numba {installed('numba')}"
+    return f"livebass {__version__} ({digest}), numpy {installed_version('numpy')}, numba {installed_version('numba')}"
 
 
 def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
@@ -296,13 +296,13 @@ def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
         if names.count(name) > 1:
             raise ValueError(f"{name}: given twice")
     count = math.prod(len(axis.numbers) for axis in axes)
-    within("number of points", count, 1, MOST)
+    within("number of points", count, 1, MAXIMUM)
     label, data = preset_tables(settings.preset)
     speaking_string(Builder(label).instrument(data), settings.string, 0)
     for axis in axes:
         if axis.at.section != "pluck":
             axis.at.tables(copy.deepcopy(data))
-        why = hidden(axis.at, data, settings.string)
+        why = hiding_reason(axis.at, data, settings.string)
         if why:
             raise ValueError(f"{axis.at.dotted} changes nothing in preset {settings.preset}: {why}")
     points = list(_points(settings, axes, Builder(label), data))

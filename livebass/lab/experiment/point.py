@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass.engine.solve import heard, solve_trial
+from livebass.engine.solve import output_signal, solve_trial
 from livebass.lab.analysis.motion import Solved, contact_energy, energy, modal_energies, t60
 from livebass.lab.experiment.grid import Work
 from livebass.model.modes import dampings, frequencies, grazing_apex
@@ -21,10 +21,10 @@ PERIODS = 3  # without a contact that end the contact phase
 START = 0.1  # s, to measure the glide
 
 
-def measured(work: Work) -> Result:
+def measure_point(work: Work) -> Result:
     """Every quantity of `work`, by name. Raises ValueError if its rates or modes cannot be solved."""
     trial = replace(work.trial, states=(work.trial.samples - 1,))
-    solved, output = Solved(trial, solve_trial(trial)), heard(work.trial, work.output)
+    solved, output = Solved(trial, solve_trial(trial)), output_signal(work.trial, work.output)
     result = {name: float(read(solved)) for name, read in OF_MOTION.items()}
     result |= {name: read(output) for name, read in OF_OUTPUT.items()}
     start, left = _energies(solved)

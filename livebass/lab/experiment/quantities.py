@@ -40,4 +40,4 @@ QUANTITIES = {
         Quantity("heard_characteristic_frequency", "Hz", "eq. 14 of that output, mean over the duration"),
     )
 }
-USUAL = ("last_contact", "characteristic_frequency")
+DEFAULT_QUANTITIES = ("last_contact", "characteristic_frequency")

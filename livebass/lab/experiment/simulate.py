@@ -19,12 +19,12 @@ from livebass.files.whole import Transaction, checked_place
 from livebass.lab.analysis.motion import Solved, can_resample, columns, shape_columns, state_samples
 from livebass.lab.reference.plan import static_compliance
 from livebass.model.instrument import Instrument
-from livebass.model.modes import CARRIED, carried, dampings, frequencies
+from livebass.model.modes import CARRIED, carried_modes, dampings, frequencies
 from livebass.model.quality import CONTACT_RATE
 from livebass.model.trial import (
-    Asked,
-    Asking,
     Motion,
+    PluckOptions,
+    PluckRequest,
     Trial,
     checked_trial,
     in_quality,
@@ -47,7 +47,7 @@ def simulate(
     rate: int = 44_100,
     solver: str = "engine",
     shape_at: Sequence[float] = (),
-    **pluck: Unpack[Asking],
+    **pluck: Unpack[PluckOptions],
 ) -> Solved:
     """Plucks one string once, and returns its motion with everything that can be measured in it.
 
@@ -79,27 +79,27 @@ def simulate(
         >>> moved.displacement().shape, moved.contacts.fret.size > 100
         ((2206,), True)
     """
-    trial = _trial(instrument, Asked(**pluck), rate, solver, shape_at, states=True)
+    trial = _trial(instrument, PluckRequest(**pluck), rate, solver, shape_at, states=True)
     return Solved(trial, _solve(trial, solver))
 
 
 def simulate_to_directory(
     instrument: Instrument,
-    asked: Asked,
+    requested: PluckRequest,
     directory: Path,
     rate: int = 44_100,
     solver: str = "engine",
     analyse: bool = False,
     shape_at: Sequence[float] = (),
 ) -> str:
-    """Plucks a string as `asked`, writes the three files, and returns a one-line summary.
+    """Plucks a string as `requested`, writes the three files, and returns a one-line summary.
 
     rate: Hz; solver: "engine" or "reference". `analyse` adds the `columns` of `analysis.motion` to result.npz;
     `shape_at` (s) adds the string's shape at these times, with the engine only. Raises ValueError, one line, for values
     out of their limits, before computing or writing anything, and OSError if the files cannot be written; the directory
     is then unchanged. [main thread]
     """
-    trial = _trial(instrument, asked, rate, solver, shape_at, states=analyse or bool(shape_at))
+    trial = _trial(instrument, requested, rate, solver, shape_at, states=analyse or bool(shape_at))
     directory = Path(directory)
     with Transaction() as files:
         files.directory(directory)
@@ -114,30 +114,31 @@ def simulate_to_directory(
         if not contacts.fret[0]:
             where = f"on the wood {solved.contact_place[0] * 1e3:.0f} mm from the stop"
         first = f", the first at {contacts.time_s[0] * 1e3:.3f} ms {where}"
-    kept, left = carried(trial.speaking, trial.modes, trial.contact_rate), ""
+    kept, left = carried_modes(trial.speaking, trial.modes, trial.contact_rate), ""
     if kept < trial.modes:
         over = f"modes {kept + 1} to {trial.modes} lie above {CARRIED:g} of the contact rate, too high for contact"
         left = f"; {over}: --modes {kept} leaves them out"
     if analyse and not can_resample(trial):
         left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
-        f"string {s.string.name} fret {s.fret}, {asked.apex * 1e3:g} mm at {asked.at * 1e3:g} mm, {trial.modes} modes, "
+        f"string {s.string.name} fret {s.fret}, {requested.apex * 1e3:g} mm at {requested.at * 1e3:g} mm, "
+        f"{trial.modes} modes, "
         f"{trial.contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
-        f"{asked.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
+        f"{requested.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 
 
 def _trial(
-    instrument: Instrument, asked: Asked, rate: int, solver: str, shape_at: Sequence[float], states: bool
+    instrument: Instrument, requested: PluckRequest, rate: int, solver: str, shape_at: Sequence[float], states: bool
 ) -> Trial:
     """The trial of one pluck, with every value checked; `states`: with modal states, if the solver tells them."""
     one_of("solver", solver, ("engine", "reference"))
-    s = speaking_string(instrument, asked.string, asked.fret)
-    of_quality, contact_rate = in_quality(s, asked.quality)
-    count = of_quality if asked.modes is None else asked.modes
+    s = speaking_string(instrument, requested.string, requested.fret)
+    of_quality, contact_rate = in_quality(s, requested.quality)
+    count = of_quality if requested.modes is None else requested.modes
     whole = solver == "engine"  # its contact rate is an integer in Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    trial = checked_trial(instrument, s, asked, count, contact_rate, rate)
+    trial = checked_trial(instrument, s, requested, count, contact_rate, rate)
     if shape_at and not whole:
         raise ValueError("shapes: only the engine tells them, the reference solver does not")
     return replace(trial, states=state_samples(trial, more=shape_at)) if states and whole else trial

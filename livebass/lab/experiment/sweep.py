@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from livebass.files.whole import OutputError, Transaction, checked_place
 from livebass.lab.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.lab.experiment.quantities import QUANTITIES, Quantity
-from livebass.model.trial import Asking
+from livebass.model.trial import PluckOptions
 from livebass.report.picture import figure, image, shown_text
 from livebass.report.text import csv_text, json_text, plain
 from livebass.rows.arrays import Floats
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
 STALE = 60.0  # s after which a half-written point counts as left by a killed process
-MOST_PANELS = 12  # in a row
-MOST_AXES = 3
-MOST_WORKERS = 1024
+MAX_PANELS = 12  # in a row
+MAX_AXES = 3
+MAX_WORKERS = 1024
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Sweep:
         head = [*(axis.title for axis in self.axes), *(row.title for row in QUANTITIES.values())]
         found = [self.results[point.digest] for point in self.points]
         rows = [
-            [*(f"{x:.12g}" for x in point.numbers), *(_shown(each[name]) for name in QUANTITIES)]
+            [*(f"{x:.12g}" for x in point.numbers), *(_shortest_text(each[name]) for name in QUANTITIES)]
             for point, each in zip(self.points, found, strict=True)
         ]
         return csv_text(head, rows)
@@ -99,7 +99,7 @@ def sweep(
     *,
     workers: int = 1,
     progress: Callable[[float], None] | None = None,
-    **pluck: Unpack[Asking],
+    **pluck: Unpack[PluckOptions],
 ) -> Sweep:
     """Plucks a string for every combination of the parameters that `vary` lists. It writes nothing.
 
@@ -127,13 +127,13 @@ def sweep(
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:
         raise ValueError(f"vary: {USAGE}")
-    within("workers", workers, 1, MOST_WORKERS, whole=True)
+    within("workers", workers, 1, MAX_WORKERS, whole=True)
     axes = tuple(axis(text) for text in texts)
     settings = Settings(preset=os.fspath(preset), **pluck)
     points = tuple(grid(settings, axes))
     different = list({point.digest: point for point in points}.values())
     results: Results = {}
-    with closing(_computed(different, workers)) as done:
+    with closing(_compute(different, workers)) as done:
         for number, (point, result) in enumerate(done, 1):
             results[point.digest] = result
             if progress:
@@ -141,19 +141,19 @@ def sweep(
     return Sweep(axes, points, results)
 
 
-def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, dict[str, float]]]:
+def _compute(points: Sequence[Point], workers: int) -> Generator[tuple[Point, dict[str, float]]]:
     """Computes `points` here, or in processes."""
     from livebass.compiling.library import library
-    from livebass.lab.experiment.point import measured
-    from livebass.lab.experiment.workers import computed
+    from livebass.lab.experiment.point import measure_point
+    from livebass.lab.experiment.workers import compute_points
 
     if workers > 1:
         library()  # compiled here once, not in every process
-        yield from computed(points, workers, lambda _: None)
+        yield from compute_points(points, workers, lambda _: None)
         return
     for point in points:
         try:
-            yield point, measured(point.work)
+            yield point, measure_point(point.work)
         except ValueError as error:
             raise ValueError(f"{point.name}: {error}") from None
 
@@ -173,7 +173,7 @@ def prepare(made: Transaction, directory: Path, file: Path | None = None) -> Non
             left.unlink(missing_ok=True)
 
 
-def found(directory: Path, points: Iterable[Task], names: Collection[str] = QUANTITIES) -> Results:
+def read_points(directory: Path, points: Iterable[Task], names: Collection[str] = QUANTITIES) -> Results:
     """Read the existing results; a file that is damaged or belongs to another point counts as missing.
 
     names: the quantities of each point.
@@ -190,7 +190,7 @@ def found(directory: Path, points: Iterable[Task], names: Collection[str] = QUAN
     return results
 
 
-def completed(
+def compute_missing(
     directory: Path, points: Sequence[Task], results: Results, compute: Compute
 ) -> Iterator[int]:  # fmt: skip
     """Compute the points missing in `results`, keep each in its file and in `results`; yields the number done.
@@ -243,7 +243,7 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _shown(value: float) -> str:
+def _shortest_text(value: float) -> str:
     """The shortest text that restores the number."""
     return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
@@ -251,7 +251,7 @@ def _shown(value: float) -> str:
 def drawable(axes: Sequence[Axis]) -> bool:
     """True if a picture can show so many parameters and values."""
     wide = _wide(axes)
-    return 1 <= len(wide) <= MOST_AXES and (len(wide) < MOST_AXES or len(wide[0].numbers) <= MOST_PANELS)
+    return 1 <= len(wide) <= MAX_AXES and (len(wide) < MAX_AXES or len(wide[0].numbers) <= MAX_PANELS)
 
 
 def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title: str) -> tuple[bytes, bytes]:
@@ -261,7 +261,7 @@ def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title
     """
     wide = _wide(axes)
     shape = tuple(len(axis.numbers) for axis in wide)
-    across = shape[0] if len(wide) == MOST_AXES else 1
+    across = shape[0] if len(wide) == MAX_AXES else 1
     drawn = figure(2.5 + 4.5 * across, 0.6 + 3.4 * len(values))
     grid = drawn.subplots(len(values), across, squeeze=False)
     for row, (name, all_values) in zip(grid, values.items(), strict=True):

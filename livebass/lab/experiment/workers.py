@@ -31,7 +31,7 @@ from itertools import islice
 from typing import Any, Protocol, TypeVar
 
 from livebass.lab.experiment.grid import Point, program
-from livebass.lab.experiment.point import Result, measured
+from livebass.lab.experiment.point import Result, measure_point
 from livebass.report.progress import Say
 from livebass.system.cores import ONE_THREAD
 from livebass.system.extras import install
@@ -53,15 +53,15 @@ AnyTask = TypeVar("AnyTask", bound=Task)
 Solve = Callable[[Any], Result]  # a function of a module: processes find it by its name
 Compute = Callable[[Sequence[Any]], Generator[tuple[Any, Result]]]
 
-MOST_DEATHS = 3  # of processes that had only the same single point to compute
+MAX_DEATHS = 3  # of processes that had only the same single point to compute
 
 
-def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:
+def compute_points(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:
     """Compute `points` in `workers` processes; yields each with its result when done.
 
     Closing the iterator ends the processes at once.
     Raises ValueError with the name of a point that cannot be solved, and ChildProcessError for one whose process died
-    `MOST_DEATHS` times with nothing else to do.
+    `MAX_DEATHS` times with nothing else to do.
     """
     left = dict.fromkeys(points)
     while left:
@@ -72,7 +72,7 @@ def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple
             deaths = 0
             while point in left:
                 deaths += len((yield from _together([point], 1, left, say)))
-                if deaths == MOST_DEATHS:
+                if deaths == MAX_DEATHS:
                     raise ChildProcessError(f"{point.name}: the process that computes it has died {deaths} times")
 
 
@@ -90,7 +90,7 @@ def _together(
             broken = False
             for point in islice(waiting, workers - len(running)):
                 try:
-                    running[submit(measured, point.work)] = point
+                    running[submit(measure_point, point.work)] = point
                 except BrokenProcessPool:
                     broken = True
                     break
@@ -118,7 +118,7 @@ def _result(point: Task, future: Future[Result]) -> Result:
 
 @contextmanager
 def lasting(workers: int, solve: Solve, say: Say) -> Iterator[Compute]:
-    """A function like that of `connected`, for processes that last from one call of it to the next.
+    """A function like that of `connect`, for processes that last from one call of it to the next.
 
     It raises ChildProcessError with the name of a point whose process dies.
     """
@@ -192,8 +192,8 @@ ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1
 
 
 @contextmanager
-def connected(address: str, solve: Solve = measured) -> Iterator[Compute]:
-    """A function that computes points, by `solve`, on the cluster of the scheduler at `address`; see `computed`.
+def connect(address: str, solve: Solve = measure_point) -> Iterator[Compute]:
+    """A function that computes points, by `solve`, on the cluster of the scheduler at `address`; see `compute_points`.
 
     Raises OSError if no scheduler or no worker answers, or the scheduler is lost; ValueError for a malformed address,
     and with the name of a point that cannot be solved; ChildProcessError for a point that Dask gives up because its
@@ -222,7 +222,7 @@ def connected(address: str, solve: Solve = measured) -> Iterator[Compute]:
             with client.as_current():
                 yield lambda points: _on_cluster(client, points, address, solve)
         except (CancelledError, CommClosedError):
-            raise _gone(address, "lost") from None
+            raise _connection_error(address, "lost") from None
         finally:
             client.close(timeout=CONNECT)
 
@@ -270,7 +270,7 @@ def _check(client: Any, address: str) -> None:
 def _on_cluster(
     client: Any, points: Sequence[AnyTask], address: str, solve: Solve
 ) -> Generator[tuple[AnyTask, Result]]:
-    """Compute `points` on the cluster of `client`; see `computed`."""
+    """Compute `points` on the cluster of `client`; see `compute_points`."""
     waiting = iter(points)
     handed_out: dict[str, AnyTask] = {}
 
@@ -306,10 +306,10 @@ def _some(client: Any, running: set[Any], address: str) -> set[Any]:
             return set(distributed.wait(list(running), timeout=IDLE, return_when="FIRST_COMPLETED").done)
         except TimeoutError:
             if not client.nthreads():
-                raise _gone(address, "has no workers any more") from None
+                raise _connection_error(address, "has no workers any more") from None
 
 
-def _gone(address: str, what: str) -> OSError:
+def _connection_error(address: str, what: str) -> OSError:
     return OSError(f"scheduler {address}: {what}; finished points stay, the same command goes on")
 
 

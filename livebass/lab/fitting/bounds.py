@@ -21,7 +21,7 @@ from livebass.rows.units import DIMENSIONS
 Tables = dict[str, Any]
 CLASSES: dict[str, type] = {"string": String, "neck": Neck, "player": Player, "pick": Pick, "coil": Coil}
 PRIOR = 0.25  # of the scale
-MOST_ANGLE = 84.0  # deg, of the hardest pull
+MAX_ANGLE = 84.0  # deg, of the hardest pull
 WIDEST = 0.97  # of the open string, the farthest place of a pluck
 FINGERED, PICKED_AT = 0.93, 0.96  # of it, the nearest to the bridge that a finger usually plucks, and a pick strikes
 ROOM = 0.02  # of it, from the usual place to the ends of the controller
@@ -91,24 +91,26 @@ class Free:
             levels = [p.level for p in bass.output.pickups]
             middle = math.sqrt(max(levels[0], 1e-3) * max(levels[-1], 1e-3))
             tables = own.setdefault("pickup", [{} for _ in levels])
-            tables[0]["level"], tables[-1]["level"] = (rounded(middle * 10 ** (x / 40)) for x in (-value, value))
+            tables[0]["level"], tables[-1]["level"] = (round_digits(middle * 10 ** (x / 40)) for x in (-value, value))
         elif self.section == PICKUPS:
             pickups = bass.output.pickups
             for table, p in zip(own.setdefault("pickup", [{} for _ in pickups]), pickups, strict=True):
                 table[self.key] = f"{1000 * value * getattr(p, self.key):.4g} mm"
         elif self.section == MASSES:
-            masses = [rounded(value * r.mass) for r in bass.necks[0].admittance.resonances]
+            masses = [round_digits(value * r.mass) for r in bass.necks[0].admittance.resonances]
             own.setdefault("neck", {})[self.key] = {"unit": "kg", "values": masses}
         elif self.section in (FACTOR, "string"):
             for s in bass.strings:
                 each = value * getattr(s, self.key) if self.section == FACTOR else value
-                most = float(rows(String)[self.key].most)
-                string_table(own, bass, s.name)[self.key] = rounded(min(each, most))
+                maximum = float(rows(String)[self.key].maximum)
+                string_table(own, bass, s.name)[self.key] = round_digits(min(each, maximum))
         else:
-            own.setdefault(self.section, {})[self.key] = f"{value:.4g} {self.unit}" if self.unit else rounded(value)
+            own.setdefault(self.section, {})[self.key] = (
+                f"{value:.4g} {self.unit}" if self.unit else round_digits(value)
+            )
 
 
-def rounded(value: float) -> float:
+def round_digits(value: float) -> float:
     """The number with four digits, as presets show it."""
     return float(f"{value:.4g}")
 
@@ -164,7 +166,7 @@ def step(low: str, high: str) -> Free:
     return Free(STEP, f"{low}-{high}", f"force of {high} over {low}", 0.5, 12.0, "dB")
 
 
-def picked(free: Free, pick: Pick) -> Free:
+def number_of_pick(free: Free, pick: Pick) -> Free:
     """The number of a pick that a finger's number is about, if `pick` has one."""
     if free.section != "player" or free.key not in PICKED or not getattr(pick, PICKED[free.key]):
         return free
@@ -185,7 +187,7 @@ def free_numbers(bass: Instrument) -> list[Free]:
     if not bass.necks[0].admittance.resonances:
         found = [f for f in found if f.section != MASSES]
     if player.stroke == "pick":
-        found = [picked(f, player.pick) for f in found]
+        found = [number_of_pick(f, player.pick) for f in found]
     if player.technique == "slap":
         found = [f for f in found if f.key not in UNSTRUCK] + (list(SLAPPED) if player.thumb_mass > 0 else [])
     pickups = bass.output.pickups
@@ -210,13 +212,13 @@ def own_tables(bass: Instrument, free: Sequence[Free], values: Sequence[float], 
     given = {f.key: value for f, value in zip(free, values, strict=True)}
     for f, value in zip(free, values, strict=True):
         if f.key == "angle_when_hard":
-            least = given.get("pluck_angle", given.get("angle", 0.0))
-            value = min(value, max(0.0, MOST_ANGLE - least))
+            minimum = given.get("pluck_angle", given.get("angle", 0.0))
+            value = min(value, max(0.0, MAX_ANGLE - minimum))
         f.put(own, bass, value)
     if "pluck_position" in given:
-        place, player = rounded(given["pluck_position"]), own["player"]
+        place, player = round_digits(given["pluck_position"]), own["player"]
         if place > bass.player.pluck_farthest - ROOM:
-            player["pluck_farthest"] = rounded(min(WIDEST, place + ROOM))
+            player["pluck_farthest"] = round_digits(min(WIDEST, place + ROOM))
         if place < bass.player.pluck_nearest + ROOM:
-            player["pluck_nearest"] = rounded(place - ROOM)
+            player["pluck_nearest"] = round_digits(place - ROOM)
     return own

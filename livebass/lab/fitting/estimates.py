@@ -20,9 +20,9 @@ from livebass.kernels.bass.floor import FLOOR_BAND, HARMONICS
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.notes import AFTER, RELEASED, Note
 from livebass.lab.comparison.ringing import ringing
-from livebass.lab.fitting.bounds import FACTOR, Free, Tables, rounded, string_table
+from livebass.lab.fitting.bounds import FACTOR, Free, Tables, round_digits, string_table
 from livebass.lab.fitting.notes import Place, Recorded, string_of
-from livebass.lab.fitting.playing import USUAL_RATE, played
+from livebass.lab.fitting.playing import DEFAULT_RATE, play_note
 from livebass.lab.fitting.problem import Problem
 from livebass.lab.identification.identify import identify
 from livebass.lab.identification.partials import RecordingError
@@ -32,7 +32,7 @@ from livebass.model.quality import QUALITIES
 from livebass.rows.arrays import Floats, Ints
 from livebass.rows.units import OFF
 
-MOST = 3.0  # times the base preset's inharmonicity, or one by this: farther is another string
+MAXIMUM = 3.0  # times the base preset's inharmonicity, or one by this: farther is another string
 NOTES = 10  # whose losses are fitted
 PARTIALS = 40  # of each
 STEPS = 40  # of least squares
@@ -82,8 +82,8 @@ class Open:
             except RecordingError:
                 return {"inharmonicity": math.nan}
         own = self.bass.strings[self.bass.string_index(self.string)].inharmonicity
-        told = found.string.inharmonicity
-        return {"inharmonicity": told if own / MOST < told < own * MOST else math.nan}
+        own_value = found.string.inharmonicity
+        return {"inharmonicity": own_value if own / MAXIMUM < own_value < own * MAXIMUM else math.nan}
 
 
 def open_notes(recorded: Recorded, bass: Instrument) -> dict[str, tuple[Note, ...]]:
@@ -100,7 +100,7 @@ def open_notes(recorded: Recorded, bass: Instrument) -> dict[str, tuple[Note, ..
 
 def put_inharmonicity(own: Tables, bass: Instrument, string: str, value: float) -> None:
     """Writes an identified inharmonicity into the tables of a preset like `bass`."""
-    string_table(own, bass, string)["inharmonicity"] = rounded(value)
+    string_table(own, bass, string)["inharmonicity"] = round_digits(value)
 
 
 def losses(bass: Instrument, recorded: Recorded, free: Sequence[Free]) -> dict[str, float]:
@@ -240,8 +240,8 @@ def _before(notes: Sequence[Note]) -> list[float]:
     found = []
     for n in notes:
         before = n.sound[: max(0, attack(n.sound, n.rate) - round(0.005 * n.rate))]
-        most = float(np.abs(n.sound).max()) * 10 ** (-QUIETER / 20)
-        if before.size > LEAD * n.rate and 0 < np.abs(before).max() < most:
+        maximum = float(np.abs(n.sound).max()) * 10 ** (-QUIETER / 20)
+        if before.size > LEAD * n.rate and 0 < np.abs(before).max() < maximum:
             found.append(_rms(before))
     return found
 
@@ -294,13 +294,15 @@ def knock(recorded: Recorded, bass: Instrument) -> float | None:
 
 def _knocks(bass: Instrument, places: Sequence[Place]) -> float:
     """The peak of a release over the peak of the note after RELEASED, dB, median over places."""
-    engine = Engine(bass, QUALITIES["live"], USUAL_RATE, workers=1)
+    engine = Engine(bass, QUALITIES["live"], DEFAULT_RATE, workers=1)
     found = []
     for place in places:
         string = string_of(bass, place)
         assert string is not None
         long, short = (
-            Note("", played(engine.another(place.key), string, place.key, VELOCITY, 1.5, released), USUAL_RATE, 0.0)
+            Note(
+                "", play_note(engine.another(place.key), string, place.key, VELOCITY, 1.5, released), DEFAULT_RATE, 0.0
+            )
             for released in (None, RELEASED)
         )
         found.append(_peak(short, RELEASED, RELEASED + AFTER) - _peak(long, RELEASED, RELEASED + 0.1))

@@ -13,19 +13,19 @@ import numpy as np
 
 from livebass.engine.engine import Engine
 from livebass.lab.comparison.measures import attack
-from livebass.lab.comparison.notes import Note, spread
+from livebass.lab.comparison.notes import Note, spread_velocities
 from livebass.lab.comparison.rows import STRUCK
 from livebass.lab.experiment.workers import Compute
 from livebass.lab.fitting import estimates
-from livebass.lab.fitting.bounds import STEP, Free, Tables, free_numbers, rounded, step
-from livebass.lab.fitting.judge import SEEDS, Judged, hear, judged, other_bass, own_takes
+from livebass.lab.fitting.bounds import STEP, Free, Tables, free_numbers, round_digits, step
+from livebass.lab.fitting.judge import SEEDS, Judged, hear, judge_preset, other_bass, own_takes
 from livebass.lab.fitting.notes import Place, Recorded
 from livebass.lab.fitting.plan import Plan, plan
-from livebass.lab.fitting.playing import USUAL_RATE, played
+from livebass.lab.fitting.playing import DEFAULT_RATE, play_note
 from livebass.lab.fitting.problem import Problem, Trial, digest_of
 from livebass.lab.fitting.search import Best, Points, search
 from livebass.lab.fitting.strings import with_strings
-from livebass.lab.fitting.target import Heard, heard, searched
+from livebass.lab.fitting.target import Heard, measure_note, searched_figures
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
@@ -38,14 +38,14 @@ SAME_BASS = ("drop-d", "five-string", "six-string")  # jazz-finger with other st
 LABORATORY = "paper"  # presets whose names begin so are heard by a sensor
 VELOCITY = 90  # at which presets are equally loud
 ENOUGH = 0.8  # of the notes that any preset plays
-MOST_FORCE = 8.0  # dB, a step of force to begin with
+MAX_FORCE = 8.0  # dB, a step of force to begin with
 
 
 @dataclass(frozen=True)
 class Wanted:
     """The settings of a fit."""
 
-    usual: str  # the preset that tells strings by its inharmonicity, if none is given
+    default: str  # the preset that tells strings by its inharmonicity, if none is given
     like: str | None = None  # the base preset; None: the nearest shipped one
     tuning: Any = None
     seed: int = 0
@@ -103,7 +103,7 @@ def fit_recorded(
     recorded = _on_strings(recorded, wanted)
     label, tables, chosen = _base(recorded, wanted, points, say)
     bass = Builder(label).instrument(tables)
-    theirs = _heard(recorded, chosen.fitted)
+    theirs = _measure_takes(recorded, chosen.fitted)
     first = Problem(label, tables, recorded.technique, len(recorded.layers), theirs, normalized=recorded.normalized)
     say(f"like {label}: {len(chosen.fitted)} notes are fitted, {len(chosen.judges)} judge")
     free = _free(bass, recorded, first.ranks)
@@ -117,9 +117,9 @@ def fit_recorded(
     if missing:
         doubts.append(f"{missing} of {len(recorded.takes)} notes are not used: {label} has none such on its strings")
     others = tuple(other_bass(name, notes, len(recorded.layers), held) for name, notes in wanted.others)
-    before, after = judged(label, first, (), held), judged("the new preset", problem, values, held)
+    before, after = judge_preset(label, first, (), held), judge_preset("the new preset", problem, values, held)
     own = problem.own(values)
-    own.setdefault("output", {})["gain"] = rounded(bass.output.gain * _softer(problem, values))
+    own.setdefault("output", {})["gain"] = round_digits(bass.output.gain * _softer(problem, values))
     return Fitted(
         recorded, problem, best, own, chosen, before, after, own_takes(held), others, (*recorded.doubts, *doubts)
     )
@@ -127,7 +127,7 @@ def fit_recorded(
 
 def _on_strings(recorded: Recorded, wanted: Wanted) -> Recorded:
     """The notes with strings, told by the base preset that is given, or by the usual one if it can be tuned so."""
-    name = wanted.like or wanted.usual
+    name = wanted.like or wanted.default
     try:
         return with_strings(recorded, Builder(name).instrument(_tables(name, wanted.tuning)))
     except PresetError:
@@ -147,11 +147,11 @@ def _base(recorded: Recorded, wanted: Wanted, points: Points, say: Say) -> tuple
     if wanted.like is not None:
         tables = _tables(wanted.like, wanted.tuning)
         able = estimates.places_of(recorded, Builder(wanted.like).instrument(tables))
-        return wanted.like, tables, _planned(recorded, able, wanted.like)
+        return wanted.like, tables, _plan_places(recorded, able, wanted.like)
     bases = _candidates(recorded, wanted.tuning)
     able = sorted(set.intersection(*(set(places) for _, _, places in bases)))
-    chosen = _planned(recorded, able, bases[0][0])
-    theirs = _heard(recorded, chosen.fitted)
+    chosen = _plan_places(recorded, able, bases[0][0])
+    theirs = _measure_takes(recorded, chosen.fitted)
     tasks = [
         Trial(Problem(name, tables, recorded.technique, len(recorded.layers), theirs, normalized=recorded.normalized),
               (), f"preset {name}")
@@ -178,11 +178,11 @@ def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list
             found.append((name, tables, estimates.places_of(recorded, bass)))
     if not found:
         raise ValueError("--tuning: no shipped preset can have this tuning; name one with --like")
-    most = max(len(places) for _, _, places in found)
-    return [each for each in found if len(each[2]) >= ENOUGH * most]
+    maximum = max(len(places) for _, _, places in found)
+    return [each for each in found if len(each[2]) >= ENOUGH * maximum]
 
 
-def _planned(recorded: Recorded, able: Sequence[Place], label: str) -> Plan:
+def _plan_places(recorded: Recorded, able: Sequence[Place], label: str) -> Plan:
     strings = {p.string for p in recorded.takes if p.string}
     if len(able) < 2 or len({p.key for p in able}) < 2:
         wanted = ", ".join(note_name(key) for key in recorded.keys[:6])
@@ -191,9 +191,9 @@ def _planned(recorded: Recorded, able: Sequence[Place], label: str) -> Plan:
     return plan(able)
 
 
-def _heard(recorded: Recorded, places: Sequence[Place]) -> dict[Place, tuple[Heard, ...]]:
-    only = searched(recorded.technique)
-    return {p: tuple(heard(n.sound, n.rate, n.pitch, only) for n in recorded.takes[p]) for p in places}
+def _measure_takes(recorded: Recorded, places: Sequence[Place]) -> dict[Place, tuple[Heard, ...]]:
+    only = searched_figures(recorded.technique)
+    return {p: tuple(measure_note(n.sound, n.rate, n.pitch, only) for n in recorded.takes[p]) for p in places}
 
 
 def _free(bass: Instrument, recorded: Recorded, ranks: Sequence[int]) -> list[Free]:
@@ -206,7 +206,7 @@ def _begins(problem: Problem, recorded: Recorded, known: dict[str, float]) -> li
     """Places where a search may begin: with losses of the base preset or by T60, forces by velocity or by level."""
     start = problem.start()
     by_decay = [f.on_scale(known[f.key]) if f.key in known else u for f, u in zip(problem.free, start, strict=True)]
-    forces = [_growth(problem.forces(spread(problem.layers)))]
+    forces = [_growth(problem.forces(spread_velocities(problem.layers)))]
     if not recorded.normalized:
         theirs = problem.theirs.items()
         forces.append(_growth([
@@ -224,8 +224,8 @@ def _begins(problem: Problem, recorded: Recorded, known: dict[str, float]) -> li
 
 
 def _growth(levels: Sequence[float]) -> list[float]:
-    """The steps (dB) from one layer to the next, at most MOST_FORCE."""
-    return [min(float(step), MOST_FORCE) for step in np.diff(levels)]
+    """The steps (dB) from one layer to the next, at most MAX_FORCE."""
+    return [min(float(step), MAX_FORCE) for step in np.diff(levels)]
 
 
 def _estimates(
@@ -264,11 +264,11 @@ def _softer(problem: Problem, values: Sequence[float]) -> float:
     """The gain that makes the new bass as loud as its base at a medium velocity."""
 
     def level(bass: Instrument) -> float:
-        engine = Engine(bass, QUALITIES["live"], USUAL_RATE, workers=1)
+        engine = Engine(bass, QUALITIES["live"], DEFAULT_RATE, workers=1)
         found = []
         for i, s in enumerate(bass.strings):
-            sound = played(engine.another(SEEDS[0]), i, s.open_note, VELOCITY, 0.5)
-            found.append(np.mean(sound[attack(sound, USUAL_RATE) :][: round(0.3 * USUAL_RATE)] ** 2))
+            sound = play_note(engine.another(SEEDS[0]), i, s.open_note, VELOCITY, 0.5)
+            found.append(np.mean(sound[attack(sound, DEFAULT_RATE) :][: round(0.3 * DEFAULT_RATE)] ** 2))
         return float(np.sqrt(np.median(found)))
 
     after = Builder(problem.label).instrument(problem.tables(values))

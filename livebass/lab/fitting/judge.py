@@ -12,7 +12,7 @@ import numpy as np
 from livebass.lab.comparison.notes import Note
 from livebass.lab.fitting.notes import Place, key_of
 from livebass.lab.fitting.problem import Problem
-from livebass.lab.fitting.target import Difference, Heard, apart, heard, when
+from livebass.lab.fitting.target import Difference, Heard, apart, measure_note, when
 
 QUALITY = "studio"
 SEEDS = (11, 77)  # of the player
@@ -37,10 +37,10 @@ class Judged:
 
 def hear(takes: Mapping[Place, Sequence[Note]], places: Sequence[Place]) -> dict[Place, tuple[Heard, ...]]:
     """Measures all takes of some places."""
-    return {p: tuple(heard(n.sound, n.rate, n.pitch) for n in takes[p]) for p in places}
+    return {p: tuple(measure_note(n.sound, n.rate, n.pitch) for n in takes[p]) for p in places}
 
 
-def judged(
+def judge_preset(
     name: str, problem: Problem, values: Sequence[float], theirs: Mapping[Place, tuple[Heard, ...]],
     step: Callable[[], None] = lambda: None,
 ) -> Judged:  # fmt: skip
@@ -55,11 +55,11 @@ def judged(
             played[place] = notes_of[place]
             step()
         notes = notes or played
-        found.append({p: heard(n.sound, n.rate, n.pitch) for p, n in played.items()})
-    (one, rows), *_ = [problem.compared(ours, theirs) for ours in found]
+        found.append({p: measure_note(n.sound, n.rate, n.pitch) for p, n in played.items()})
+    (one, rows), *_ = [problem.compare(ours, theirs) for ours in found]
     off = sorted(((key, rank, d) for (key, rank), d in rows.items()), key=lambda x: -abs(x[2].spreads))
     return replace(
-        _summed(name, theirs, {p: [ours[p] for ours in found] for p in places}, np.mean),
+        _sum_up(name, theirs, {p: [ours[p] for ours in found] for p in places}, np.mean),
         rows=one.rows, inside=float(np.mean([abs(d.spreads) < 1 for _, _, d in off])), off=tuple(off),
         notes=tuple(notes.values()),
     )  # fmt: skip
@@ -69,7 +69,7 @@ def own_takes(theirs: Mapping[Place, tuple[Heard, ...]]) -> Judged | None:
     """The distance of two takes of the recorded bass; None if each note has a single take."""
     twice = {p: takes for p, takes in theirs.items() if len(takes) > 1}
     first, second = ({p: takes[k : k + 1] for p, takes in twice.items()} for k in (0, 1))
-    return _summed("your own second take", first, second, np.mean) if twice else None
+    return _sum_up("your own second take", first, second, np.mean) if twice else None
 
 
 def other_bass(name: str, notes: Sequence[Note], layers: int, theirs: Mapping[Place, tuple[Heard, ...]]) -> Judged:
@@ -79,13 +79,13 @@ def other_bass(name: str, notes: Sequence[Note], layers: int, theirs: Mapping[Pl
     for note in notes:
         alike = [p for p in theirs if abs(p.key - key_of(note)) <= 1 and when(p.rank, layers) == when(note.rank, count)]
         if alike and note.sound.size > 1.2 * note.rate:
-            measured = heard(note.sound, note.rate, note.pitch, frozenset({"level"}))
+            measured = measure_note(note.sound, note.rate, note.pitch, frozenset({"level"}))
             for place in alike:
                 near.setdefault(place, []).append(measured)
-    return _summed(name, theirs, near, np.min)
+    return _sum_up(name, theirs, near, np.min)
 
 
-def _summed(
+def _sum_up(
     name: str, theirs: Mapping[Place, Sequence[Heard]], others: Mapping[Place, Sequence[Heard]],
     joined: Callable[[list[float]], Any],
 ) -> Judged:  # fmt: skip
@@ -97,6 +97,6 @@ def _summed(
         ]
         for p in sorted(theirs)
     ]
-    told = np.array([row for row in each if not any(map(math.isnan, row))]).reshape(-1, len(DISTANCES))
-    half, distance, equalized = np.median(told, axis=0) if told.size else [math.nan] * len(DISTANCES)
+    valid = np.array([row for row in each if not any(map(math.isnan, row))]).reshape(-1, len(DISTANCES))
+    half, distance, equalized = np.median(valid, axis=0) if valid.size else [math.nan] * len(DISTANCES)
     return Judged(name, float(half), float(distance), float(equalized), tuple(row[1] for row in each))

@@ -19,7 +19,7 @@ import numpy as np
 
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.names import NOTE, SILENCE
-from livebass.lab.comparison.notes import Note, measured
+from livebass.lab.comparison.notes import Note, measure_notes
 from livebass.lab.fitting.guide import Step
 from livebass.lab.identification.doubts import clipped_tops
 from livebass.lab.identification.partials import RecordingError
@@ -60,7 +60,7 @@ class Recorded:
         return sorted({place.key for place in self.takes})
 
 
-def recorded(
+def read_notes(
     paths: Sequence[str | PathLike[str]], technique: str | None = None, guide: Sequence[Step] = ()
 ) -> Recorded:
     """Reads the notes of files and folders; `guide`: the steps of a guided recording, in order.
@@ -68,7 +68,7 @@ def recorded(
     Raises RecordingError, one line, if there are too few notes or only one pitch.
     """
     left_out: list[str] = []
-    notes = measured(paths, technique, left_out)
+    notes = measure_notes(paths, technique, left_out)
     doubts = [f"no note with a pitch is heard in {_some(left_out)}"] if left_out else []
     plucked = [n for n in notes if n.kind == NOTE]
     plucked, said = _of_one_technique(plucked)
@@ -116,13 +116,13 @@ def string_of(bass: Instrument, place: Place) -> int | None:
         for s, n in zip(bass.strings, bass.necks, strict=True)
     ]
     if place.string:
-        i = _named(bass, place.string)
+        i = _string_index(bass, place.string)
         return i if i >= 0 and frets[i] >= 0 else None
     able = [i for i, fret in enumerate(frets) if fret >= 0]
     return min(able, key=lambda i: frets[i], default=None)
 
 
-def _named(bass: Instrument, string: str) -> int:
+def _string_index(bass: Instrument, string: str) -> int:
     """The index of the string with this name, or this number from the highest one; -1: there is none."""
     names = [s.name.casefold() for s in bass.strings]
     if string.casefold() in names:
@@ -143,16 +143,16 @@ def _of_one_technique(notes: list[Note]) -> tuple[list[Note], list[str]]:
     counts = Counter(n.technique for n in notes)
     if len(counts) < 2:
         return notes, []
-    most, count = counts.most_common(1)[0]
-    said = f"{len(notes) - count} notes played otherwise than by {most} are not used: --technique chooses"
-    return [n for n in notes if n.technique == most], [said]
+    maximum, count = counts.most_common(1)[0]
+    said = f"{len(notes) - count} notes played otherwise than by {maximum} are not used: --technique chooses"
+    return [n for n in notes if n.technique == maximum], [said]
 
 
 def _strings(notes: Sequence[Note], guide: Sequence[Step]) -> tuple[list[str], list[Note], list[str]]:
     """The name of each note's string, "" if unknown; the notes as the guide tells them, if it does; doubts."""
-    told = [n.string for n in notes]
+    named = [n.string for n in notes]
     files = {n.name for n in notes}
-    if guide and len(files) == 1 and not any(told):
+    if guide and len(files) == 1 and not any(named):
         heard, wanted = [key_of(n) for n in notes], [step.key for step in guide]
         if heard == wanted:
             guided = [
@@ -160,12 +160,12 @@ def _strings(notes: Sequence[Note], guide: Sequence[Step]) -> tuple[list[str], l
                 for n, step in zip(notes, guide, strict=True)
             ]
             return [step.string for step in guide], guided, []
-    missing = len(told) - sum(map(bool, told))
+    missing = len(named) - sum(map(bool, named))
     if not missing:
-        return told, [], []
-    which = "of all notes" if missing == len(told) else f"of {missing} of {len(told)} notes"
+        return named, [], []
+    which = "of all notes" if missing == len(named) else f"of {missing} of {len(named)} notes"
     return (
-        told,
+        named,
         [],
         [f"the strings {which} are found by their inharmonicity: a name such as stringE_fret05_soft tells them"],
     )
@@ -193,7 +193,7 @@ def _level(note: Note) -> float:
 
 def _defects(notes: Sequence[Note]) -> list[str]:
     clipped = [n for n in notes if clipped_tops(n.sound).size]
-    cut = [n for n in notes if _begun(n)]
+    cut = [n for n in notes if _begins_late(n)]
     said = []
     if clipped:
         said.append(f"{len(clipped)} notes clip, such as {_of(clipped[0])}: their attack is not as played")
@@ -202,7 +202,7 @@ def _defects(notes: Sequence[Note]) -> list[str]:
     return said
 
 
-def _begun(note: Note) -> bool:
+def _begins_late(note: Note) -> bool:
     first = attack(note.sound, note.rate)
     return first == 0 and abs(note.sound[0]) > 0.3 * float(np.abs(note.sound[: note.rate // 2]).max())
 

@@ -7,20 +7,20 @@ import math
 from dataclasses import replace
 
 from livebass import __version__
-from livebass.lab.comparison.comparing import compared
+from livebass.lab.comparison.comparing import compare_basses
 from livebass.lab.comparison.page import page as comparison_page
 from livebass.lab.comparison.rows import ALL, ROWS, Row
 from livebass.lab.comparison.summary import Bass
 from livebass.lab.fitting.bounds import STEP
 from livebass.lab.fitting.fit import Fitted
 from livebass.lab.fitting.judge import Judged
+from livebass.lab.fitting.preset_text import shown_deviation
 from livebass.lab.fitting.target import Difference
-from livebass.lab.fitting.written import shown_deviation
 from livebass.report.page import html_page
 from livebass.report.picture import figure, image
 from livebass.report.progress import Progress
 
-MOST_ROWS = 16  # that are told in words
+MAX_ROWS = 16  # that are told in words
 CREST = Row("crest", ALL, "peak over the level of the first 0.3 s", "dB")
 
 
@@ -38,15 +38,15 @@ def page(fitted: Fitted, name: str, progress: Progress | None = None) -> str:
         numbers=_numbers(fitted), rows=_rows(fitted), doubts=fitted.doubts, trials=fitted.best.trials,
         judges=len(fitted.after.each), notes=len(fitted.plan.fitted),
     )  # fmt: skip
-    return comparison_page(compared(basses, progress), f"A fit to {recorded.name}", above)
+    return comparison_page(compare_basses(basses, progress), f"A fit to {recorded.name}", above)
 
 
 def _bars(found: list[Judged]) -> list[dict[str, object]]:
     known = [each for each in found if not math.isnan(each.distance)]
-    most = max(each.distance for each in known)
+    maximum = max(each.distance for each in known)
     return [
         {"name": each.name, "distance": f"{each.distance:.1f}", "half": f"{each.half:.1f}",
-         "equalized": f"{each.equalized:.1f}", "width": round(100 * each.distance / most),
+         "equalized": f"{each.equalized:.1f}", "width": round(100 * each.distance / maximum),
          "rows": "" if math.isnan(each.inside) else f"{100 * each.inside:.0f} %"}
         for each in known
     ]  # fmt: skip
@@ -56,8 +56,8 @@ def _numbers(fitted: Fitted) -> list[dict[str, object]]:
     """The free numbers: before, after, deviation, and whether the notes tell them."""
     best, problem = fitted.best, fitted.problem
     made = []
-    for f, value, u, start, deviation, told in zip(
-        problem.free, fitted.values, best.scaled, problem.start(), best.deviations, best.told, strict=True
+    for f, value, u, start, deviation, known in zip(
+        problem.free, fitted.values, best.scaled, problem.start(), best.deviations, best.known, strict=True
     ):
         unit = f" {f.unit}" if f.unit else ""
         before = "" if f.section == STEP else f"{f.value(start):.3g}{unit}"
@@ -65,7 +65,7 @@ def _numbers(fitted: Fitted) -> list[dict[str, object]]:
         made.append({
             "title": f.title, "key": f.name, "before": before, "after": f"{value:.3g}{unit}",
             "deviation": shown_deviation(f, u, deviation).removeprefix("sd "),
-            "told": "not told by your notes" if not told else "at the end of its range" if at_end else "told",
+            "known": "not told by your notes" if not known else "at the end of its range" if at_end else "told",
         })  # fmt: skip
     return made
 
@@ -75,7 +75,7 @@ def _rows(fitted: Fitted) -> list[str]:
     layers = fitted.recorded.layers
     return [
         _in_words(key, layers[rank], d) for key, rank, d in fitted.after.off if abs(d.spreads) >= 1
-    ][:MOST_ROWS]  # fmt: skip
+    ][:MAX_ROWS]  # fmt: skip
 
 
 def _in_words(key: str, layer: str, d: Difference) -> str:

@@ -44,10 +44,10 @@ def plan(places: Iterable[Place]) -> Plan:
         found = [(heard[p.key, p.string], abs(kinds.index((p.key, p.string)) - at), p) for p in alike or left]
         fitted.append(min(found)[2])
     rest = [p for p in every if p not in fitted]
-    return Plan(tuple(sorted(fitted, key=lambda p: (p.rank, p))), tuple(_spread(rest, JUDGES)))
+    return Plan(tuple(sorted(fitted, key=lambda p: (p.rank, p))), tuple(_spread_out(rest, JUDGES)))
 
 
-def _spread(places: list[Place], count: int) -> list[Place]:
+def _spread_out(places: list[Place], count: int) -> list[Place]:
     """Up to `count` places, spread over all."""
     if len(places) <= count:
         return places

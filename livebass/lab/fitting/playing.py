@@ -12,7 +12,7 @@ from livebass.model.keymap import velocity_parts
 from livebass.rows.arrays import Floats
 
 MONO, NOTE_ON, NOTE_OFF = (0xB0, 126), 0x90, 0x80
-USUAL_RATE = 44_100  # Hz
+DEFAULT_RATE = 44_100  # Hz
 
 
 def velocity_of(player: Player, force: float) -> int:
@@ -23,7 +23,7 @@ def velocity_of(player: Player, force: float) -> int:
     return 1 + int(np.argmin(np.abs(np.array(parts[1:]) - part)))
 
 
-def played(
+def play_note(
     engine: Engine, string: int, key: int, velocity: int, seconds: float, released: float | None = None
 ) -> Floats:
     """The sound (n,) of a note on a string, by its index, for `seconds`; let go after `released` (s), if given."""

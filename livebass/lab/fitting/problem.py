@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from livebass.engine.engine import Engine
-from livebass.lab.comparison.notes import Note, spread
+from livebass.lab.comparison.notes import Note, spread_velocities
 from livebass.lab.experiment.grid import program
-from livebass.lab.fitting.bounds import HARDEST, STEP, Free, Tables, own_tables, rounded
+from livebass.lab.fitting.bounds import HARDEST, STEP, Free, Tables, own_tables, round_digits
 from livebass.lab.fitting.notes import Place, string_of
-from livebass.lab.fitting.playing import USUAL_RATE, played, velocity_of
+from livebass.lab.fitting.playing import DEFAULT_RATE, play_note, velocity_of
 from livebass.lab.fitting.target import (
     LEAD,
     SECONDS,
@@ -24,10 +24,10 @@ from livebass.lab.fitting.target import (
     Heard,
     Score,
     differences,
-    heard,
     level_differences,
+    measure_note,
     score,
-    searched,
+    searched_figures,
 )
 from livebass.model.instrument import Instrument, note_frequency
 from livebass.model.keymap import velocity_parts
@@ -86,9 +86,9 @@ class Problem:
         steps = self._steps(values)
         if steps and not self.normalized and "hardest" in own.get("player", {}):
             # the softest layer keeps its usual velocity: the preset has the dynamics of the recorded hand
-            part = velocity_parts(self.bass.player.velocity_curve)[spread(self.layers)[self.ranks[0]]]
+            part = velocity_parts(self.bass.player.velocity_curve)[spread_velocities(self.layers)[self.ranks[0]]]
             span = (sum(steps) + 20 * math.log10(OVER)) / (1 - part)
-            own["player"]["softest"] = rounded(own["player"]["hardest"] * 10 ** (-span / 20))
+            own["player"]["softest"] = round_digits(own["player"]["hardest"] * 10 ** (-span / 20))
         return own
 
     def _steps(self, values: Sequence[float]) -> list[float]:
@@ -103,7 +103,7 @@ class Problem:
         """The velocity of each layer, from soft to hard."""
         steps = self._steps(values)
         if not any(f.key == HARDEST.key for f in self.free):
-            return spread(self.layers)
+            return spread_velocities(self.layers)
         hardest = bass.player.hardest / OVER
         if not steps:
             return [velocity_of(bass.player, hardest)] * self.layers
@@ -127,22 +127,22 @@ class Problem:
         if even:
             bass = replace(bass, player=replace(bass.player, unevenness=0.0))
         velocities = self.velocities(bass, values)
-        engine = Engine(bass, QUALITIES[quality], USUAL_RATE, seed, workers=1)
+        engine = Engine(bass, QUALITIES[quality], DEFAULT_RATE, seed, workers=1)
         made = {}
         for place in places:
             string = string_of(bass, place)
             if string is None:
                 raise ValueError(f"{self.label}: has no string for {place}")
             velocity = velocities[place.rank]
-            sound = played(engine.another(seed + place.key), string, place.key, velocity, seconds + 0.05)
+            sound = play_note(engine.another(seed + place.key), string, place.key, velocity, seconds + 0.05)
             name = f"{bass.name} {place.key} v{velocity}"
             made[place] = Note(
-                name, sound, USUAL_RATE, note_frequency(place.key), self.technique, dynamic=f"v{velocity}",
+                name, sound, DEFAULT_RATE, note_frequency(place.key), self.technique, dynamic=f"v{velocity}",
                 rank=place.rank,
             )  # fmt: skip
         return made
 
-    def compared(
+    def compare(
         self, ours: Mapping[Place, Heard], theirs: Mapping[Place, Sequence[Heard]] | None = None
     ) -> tuple[Score, dict[tuple[str, int], Difference]]:
         """The score of played notes, without priors, and the difference of each row."""
@@ -157,8 +157,8 @@ class Problem:
         values = [f.value(u) for f, u in zip(self.free, scaled, strict=True)]
         try:
             notes = self.play(values, sorted(self.theirs))
-            only = searched(self.technique)
-            found, _ = self.compared({p: heard(n.sound, n.rate, n.pitch, only) for p, n in notes.items()})
+            only = searched_figures(self.technique)
+            found, _ = self.compare({p: measure_note(n.sound, n.rate, n.pitch, only) for p, n in notes.items()})
         except ValueError:  # beyond what a preset may be, or silent
             return {"score": HOPELESS, "rows": math.nan, "distance": math.nan, "equalized": math.nan}
         away = [
@@ -194,12 +194,12 @@ class Trial:
         return self.problem.solve(self.scaled)
 
 
-def digest_of(*told: str) -> str:
-    """The name of the point of a task, which depends on the program and on all of `told`."""
-    return hashlib.sha256("\n".join((program(), *told)).encode()).hexdigest()[:32]
+def digest_of(*inputs: str) -> str:
+    """The name of the point of a task, which depends on the program and on all of `inputs`."""
+    return hashlib.sha256("\n".join((program(), *inputs)).encode()).hexdigest()[:32]
 
 
-def solved(work: Any) -> dict[str, float]:
+def solve_task(work: Any) -> dict[str, float]:
     """The result of a task, in any process."""
     found: dict[str, float] = work.solve()
     return found

@@ -14,8 +14,8 @@ import soundfile
 
 from livebass.files.whole import Transaction
 from livebass.lab.fitting.guide import SECONDS, SILENCE, Step
+from livebass.live.device_errors import OutputLost, one_line
 from livebass.live.guards import silenced_stderr
-from livebass.live.lost import OutputLost, one_line
 from livebass.live.portaudio import sounddevice
 from livebass.report.progress import Say
 from livebass.rows.arrays import Floats

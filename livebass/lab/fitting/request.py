@@ -11,13 +11,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from livebass.lab.comparison.names import NOTE
-from livebass.lab.comparison.notes import measured
-from livebass.lab.experiment.workers import Compute, connected, lasting
+from livebass.lab.comparison.notes import measure_notes
+from livebass.lab.experiment.workers import Compute, connect, lasting
 from livebass.lab.fitting.fit import Fitted, Wanted, fit_recorded
 from livebass.lab.fitting.guide import Step, steps
-from livebass.lab.fitting.notes import recorded
-from livebass.lab.fitting.problem import solved
-from livebass.lab.fitting.written import text_of
+from livebass.lab.fitting.notes import read_notes
+from livebass.lab.fitting.preset_text import text_of
+from livebass.lab.fitting.problem import solve_task
 from livebass.preset.load import load_preset
 from livebass.preset.programs import DEFAULT
 from livebass.preset.source import PresetError
@@ -64,11 +64,11 @@ def fit(
         ValueError: A file is no sound, or the notes do not suffice; one line.
         PresetError: `like` is no preset.
     """
-    found = recorded(tuple(map(Path, notes)), request.technique, _guide(request))
+    found = read_notes(tuple(map(Path, notes)), request.technique, _guide(request))
     for doubt in found.doubts:
         say(f"doubt: {doubt}")
     with _place(directory) as place, _computer(request, say) as compute:
-        return fit_recorded(found, _wanted(request), compute, place, say, step)
+        return fit_recorded(found, _request_details(request), compute, place, say, step)
 
 
 def fitted_preset(fitted: Fitted, path: str | os.PathLike[str], remark: str = "livebass.fit") -> str:
@@ -92,9 +92,9 @@ def _guide(request: Fit) -> list[Step]:
         return []
 
 
-def _wanted(request: Fit) -> Wanted:
+def _request_details(request: Fit) -> Wanted:
     others = tuple(
-        (one_line(path.resolve().name), tuple(n for n in measured([path], request.technique) if n.kind == NOTE))
+        (one_line(path.resolve().name), tuple(n for n in measure_notes([path], request.technique) if n.kind == NOTE))
         for path in map(Path, request.beside)
     )
     return Wanted(DEFAULT, request.like, request.tuning, request.seed, request.trials, request.minutes, others)
@@ -111,8 +111,8 @@ def _place(directory: str | os.PathLike[str] | None) -> Iterator[Path]:
 @contextmanager
 def _computer(request: Fit, say: Say) -> Iterator[Compute]:
     if request.scheduler is not None:
-        with connected(request.scheduler, solved) as compute:
+        with connect(request.scheduler, solve_task) as compute:
             yield compute
         return
-    with lasting(request.workers or core_count(), solved, say) as compute:
+    with lasting(request.workers or core_count(), solve_task, say) as compute:
         yield compute

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from livebass.lab.experiment import sweep
-from livebass.lab.experiment.sweep import Results, completed
+from livebass.lab.experiment.sweep import Results, compute_missing
 from livebass.lab.experiment.workers import Compute, Task
 from livebass.lab.fitting.bounds import STEP
 from livebass.lab.fitting.problem import Problem, Trial
@@ -48,10 +48,10 @@ class Points:
 
     def solve(self, tasks: Sequence[Task], names: Sequence[str] = PARTS) -> list[dict[str, float]]:
         """The results of tasks, in order."""
-        self.results |= sweep.found(self.directory, [t for t in tasks if t.digest not in self.results], names)
+        self.results |= sweep.read_points(self.directory, [t for t in tasks if t.digest not in self.results], names)
         done = sum(t.digest in self.results for t in tasks)
         self.step(done)
-        for _ in completed(self.directory, tasks, self.results, self.compute):
+        for _ in compute_missing(self.directory, tasks, self.results, self.compute):
             self.step(1)
         return [self.results[t.digest] for t in tasks]
 
@@ -64,7 +64,7 @@ class Best:
     score: dict[str, float]
     begin: dict[str, float]  # the score where the search began
     deviations: tuple[float, ...]  # of the last trials
-    told: tuple[bool, ...]  # whether the notes tell a number
+    known: tuple[bool, ...]  # whether the notes tell a number
     curve: tuple[tuple[int, float], ...]  # the number of trials so far, and the best score
 
     @property
@@ -98,15 +98,15 @@ def search(
     optimizer = CMA(best, SIGMA, bounds=bounds, seed=seed, population_size=POPULATION)
     last: list[Floats] = []
     for generation in range(1, max(1, (trials - count) // POPULATION) + 1):
-        asked = [optimizer.ask() for _ in range(POPULATION)]
-        scores = tried(asked, f"generation {generation}, trial")
-        optimizer.tell([(x, s["score"]) for x, s in zip(asked, scores, strict=True)])
-        least = min(range(POPULATION), key=lambda k: scores[k]["score"])
-        if scores[least]["score"] < score["score"]:
-            best, score = asked[least], scores[least]
+        requested = [optimizer.ask() for _ in range(POPULATION)]
+        scores = tried(requested, f"generation {generation}, trial")
+        optimizer.tell([(x, s["score"]) for x, s in zip(requested, scores, strict=True)])
+        minimum = min(range(POPULATION), key=lambda k: scores[k]["score"])
+        if scores[minimum]["score"] < score["score"]:
+            best, score = requested[minimum], scores[minimum]
         count += POPULATION
         curve.append((count, score["score"]))
-        last = [*last, np.array(asked)][-LAST:]
+        last = [*last, np.array(requested)][-LAST:]
         if time.monotonic() > end:
             break
     mean = np.clip(optimizer.mean, 0.0, 1.0)
@@ -114,16 +114,16 @@ def search(
     if of_mean["score"] < score["score"] + ALIKE:  # less chance, fewer numbers at bounds
         best, score = mean, of_mean
     forces = np.array([f.section == STEP for f in problem.free])
-    told = _told(best, score, tried) | forces
-    plain = np.where(told, best, problem.start())
+    known = _find_known(best, score, tried) | forces
+    plain = np.where(known, best, problem.start())
     of_plain = tried([plain], "base preset where not told")[0]
     if of_plain["score"] < score["score"] + TELLING:
         best, score = plain, of_plain
     else:
-        told = np.ones(len(best), bool)
+        known = np.ones(len(best), bool)
     spread = np.std(np.concatenate(last), axis=0)
     return Best(
-        tuple(round(float(u), 6) for u in best), score, first, tuple(map(float, spread)), tuple(map(bool, told)),
+        tuple(round(float(u), 6) for u in best), score, first, tuple(map(float, spread)), tuple(map(bool, known)),
         tuple(curve),
     )  # fmt: skip
 
@@ -144,15 +144,15 @@ def _downhill(
     return min(found, key=lambda pair: pair[1]["score"])
 
 
-def _told(best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]) -> Any:
+def _find_known(best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]) -> Any:
     """True for each number that moves the score by itself: (numbers,)."""
-    moved = list(_moved(best))
+    moved = list(_moves(best))
     scores = tried(moved, "one number moved,")
-    least = np.array([s["score"] - score["score"] for s in scores]).reshape(-1, 2)
-    return np.abs(least).max(axis=1) >= TELLING
+    minimum = np.array([s["score"] - score["score"] for s in scores]).reshape(-1, 2)
+    return np.abs(minimum).max(axis=1) >= TELLING
 
 
-def _moved(best: Floats) -> Iterator[Floats]:
+def _moves(best: Floats) -> Iterator[Floats]:
     for k in range(len(best)):
         for by in (-MOVED, MOVED):
             yield np.clip(best + by * (np.arange(len(best)) == k), 0.0, 1.0)

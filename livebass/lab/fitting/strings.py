@@ -26,7 +26,7 @@ OFF = 0.004  # of the pitch, by which the fundamental may be off
 TRIED = 100  # values of inharmonicity
 ROOM = 2.5  # the range of values: times the bass' highest, or its lowest by this
 OFFSETS = np.linspace(-1.0, 1.0, 41)  # log of the recorded bass' inharmonicity over the bass' own
-USUAL = 0.6  # its usual size
+TYPICAL_OFFSET = 0.6  # its usual size
 SPREAD, FARTHEST = 0.35, 2.0  # log of a note's inharmonicity about that of its string; at most, in spreads
 FRET = 0.02  # cost of a fret: a lower one is more likely
 
@@ -94,7 +94,7 @@ def _cheapest(bass: Instrument, log_b: Mapping[int, float], offset: float) -> tu
     Strings never fall as pitches rise: a path through (pitch, string), cheapest first.
     """
     order = sorted(range(len(bass.strings)), key=lambda i: bass.strings[i].open_note)
-    paths: dict[int, tuple[float, tuple[int, ...]]] = {0: ((offset / USUAL) ** 2, ())}
+    paths: dict[int, tuple[float, tuple[int, ...]]] = {0: ((offset / TYPICAL_OFFSET) ** 2, ())}
     for key, found in log_b.items():
         costs = {}
         for i in _able(bass, key):

@@ -17,7 +17,7 @@ import numpy as np
 
 from livebass.lab.comparison.distance import Shape, between, shape
 from livebass.lab.comparison.measures import GLIDE_KEYS, KEYS, attack, measure
-from livebass.lab.comparison.names import USUAL
+from livebass.lab.comparison.names import DEFAULT_TECHNIQUE
 from livebass.lab.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.lab.fitting.notes import Place
 from livebass.rows.arrays import Floats
@@ -75,7 +75,7 @@ def spreads(technique: str) -> dict[tuple[str, str], float]:
     for row in ROWS:
         if row.key not in KEYS or row.key in LONG or not row.of(technique):
             continue
-        ranges = [row.range_of(each) for each in (technique, USUAL)]
+        ranges = [row.range_of(each) for each in (technique, DEFAULT_TECHNIQUE)]
         real = next((r for r in ranges if r is not None and r.low < r.high), None)
         if real is not None:
             log = row.unit in LOGARITHMIC and real.low > 0
@@ -88,12 +88,12 @@ def spreads(technique: str) -> dict[tuple[str, str], float]:
     }
 
 
-def searched(technique: str) -> frozenset[str]:
+def searched_figures(technique: str) -> frozenset[str]:
     """The figures that a search measures."""
     return frozenset(key for key, _ in spreads(technique)) - SLOW
 
 
-def heard(sound: Floats, rate: int, pitch: float, only: frozenset[str] = frozenset()) -> Heard:
+def measure_note(sound: Floats, rate: int, pitch: float, only: frozenset[str] = frozenset()) -> Heard:
     """Measures SECONDS of a note from its attack; `only` some figures. Raises ValueError for silence."""
     begin = max(0, attack(sound, rate) - round(LEAD * rate))
     cut = sound[begin:][: round((LEAD + SECONDS) * rate)]
@@ -121,12 +121,12 @@ def differences(
             made = np.array([ours[p].figures[key] for p in places])
             if key in logarithmic:
                 real, made = (np.log(np.where(x > 1e-3, x, 1e-3)) + 0 * x for x in (real, made))
-            told, both = np.isfinite(real), np.isfinite(real) & np.isfinite(made)
+            valid, both = np.isfinite(real), np.isfinite(real) & np.isfinite(made)
             if both.any():
                 ends = float(np.median(real[both])), float(np.median(made[both]))
                 ends = tuple(map(math.exp, ends)) if key in logarithmic else ends  # type: ignore[assignment]
                 found[key, rank] = Difference(float(np.median((made - real)[both])) / spread, *ends)
-            elif told.any():
+            elif valid.any():
                 found[key, rank] = Difference(MISSING, math.nan, math.nan)
     return found
 
@@ -165,5 +165,5 @@ def apart(takes: Sequence[Heard], other: Heard, seconds: float = 1.0, equalized:
 
 
 def _median(values: Iterable[float]) -> float:
-    told = [v for v in values if not math.isnan(v)]
-    return float(np.median(told)) if told else math.nan
+    valid = [v for v in values if not math.isnan(v)]
+    return float(np.median(valid)) if valid else math.nan

@@ -131,8 +131,8 @@ class _Problem:
         neck = replace(self.neck, stiffness_across=float(stiffness), longer_across=0.0)
         s = speaking(self.string, neck, 0)
         moved = frequencies_across(s, self.number, self.nu) / self.nu
-        asked = moved / self.ratio - 1
-        longer = float(np.clip(_median(asked, self.weight) * s.length, -LONGEST, LONGEST))
+        requested = moved / self.ratio - 1
+        longer = float(np.clip(_median(requested, self.weight) * s.length, -LONGEST, LONGEST))
         off = self.ratio - moved / (1 + longer / s.length)
         left = self.less - (self.sigma - dampings_across(s, self.number, self.nu, self.nu, self.sigma))
         parts = (self._share(off, self.ratio - 1), self._share(left, self.less))

@@ -23,7 +23,7 @@ from livebass.rows.units import note_name
 
 FLAT, SIDES = 1e-4, 16.0  # of the peak: depth of a flat top, and of its flanks as multiples of that
 STEEP = 1.5  # flanks widen a clipped top by less than this factor; a round one, a parabola, by 4
-LEAST_FLAT, LEAST_TOPS = 3, 3  # samples of a flat top; flat tops of a clipped recording
+MIN_FLAT, MIN_TOPS = 3, 3  # samples of a flat top; flat tops of a clipped recording
 SETTLE = 0.005  # s skipped after the last clipped sample
 
 
@@ -49,7 +49,7 @@ def without_clipping(recording: Recording, takes: Sequence[Take]) -> tuple[list[
 
 
 def clipped_tops(sound: Floats) -> Ints:
-    """Returns the last samples of all flat tops of `sound` (n,), ascending; none for fewer than `LEAST_TOPS`.
+    """Returns the last samples of all flat tops of `sound` (n,), ascending; none for fewer than `MIN_TOPS`.
 
     The sound is clipped if it stays at its maximum or minimum and gets there with a kink: around a round top it spends
     four times as long within 16 times the depth.
@@ -65,15 +65,15 @@ def clipped_tops(sound: Floats) -> Ints:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], flanks.astype(np.int8), [0]])))
         for begin, end in edges.reshape(-1, 2):
             flat = np.flatnonzero(x[begin:end] >= top - depth)
-            if flat.size >= LEAST_FLAT and end - begin < STEEP * flat.size:
+            if flat.size >= MIN_FLAT and end - begin < STEEP * flat.size:
                 found.append(int(begin + flat[-1]))
-    return np.array(sorted(found) if len(found) >= LEAST_TOPS else [], np.int64)
+    return np.array(sorted(found) if len(found) >= MIN_TOPS else [], np.int64)
 
 
 LOUD = 25.0  # dB below the loudest: weaker lines may be hum, sympathetic strings or the body
 HIGHEST_LINE = 12.5  # of f0: the search for another note ends here
 AWAY = 0.15  # of f0: a line farther than this from every partial is foreign
-LEAST_LINES, MOST_LINES = 3, 12  # lines that make another note; lines examined
+MIN_LINES, MAX_LINES = 3, 12  # lines that make another note; lines examined
 IN_TUNE = 0.02  # of its fundamental: tolerance for a line of the other note
 LOWEST_NOTE = 25.0  # Hz
 
@@ -81,7 +81,7 @@ LOWEST_NOTE = 25.0  # Hz
 def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | None:
     """Returns the pitch (Hz) of another note that sounds in `take` beside the string of `partials`; None without one.
 
-    It has at least `LEAST_LINES` decaying sines that are not partials of the string but harmonics of one pitch. A note
+    It has at least `MIN_LINES` decaying sines that are not partials of the string but harmonics of one pitch. A note
     whose partials all coincide with the string's, an octave above it, is not found.
     """
     sound, rate = take.sound[: round(2 * take.rate)], take.rate
@@ -96,7 +96,7 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
     foreign = (np.min(np.abs(hertz[:, None] - own), axis=1) > AWAY * f0) & (hertz > LOWEST_NOTE)
     foreign &= hertz < HIGHEST_LINE * f0
     line = line[foreign]
-    loudest = line[np.argsort(-level[line])][:MOST_LINES] * rate / sound.size
+    loudest = line[np.argsort(-level[line])][:MAX_LINES] * rate / sound.size
     late = late_spectrum(take.sound, rate)
     seen = [find(take.sound, rate, float(nu), f0, late) for nu in loudest]  # hum does not decay and is ignored
     sines = np.array([p.frequency for p in seen if p is not None])
@@ -104,7 +104,7 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
     for pitch in (nu / k for nu in sines for k in range(1, 5) if nu / k > LOWEST_NOTE):
         harmonic = np.maximum(np.round(sines / pitch), 1)
         best = max(best, (int(np.count_nonzero(np.abs(sines - harmonic * pitch) < IN_TUNE * pitch)), float(pitch)))
-    return best[1] if best[0] >= LEAST_LINES else None
+    return best[1] if best[0] >= MIN_LINES else None
 
 
 def left_out(take: Take, pitch: float | None, beside: bool) -> str:
@@ -123,7 +123,7 @@ FEWEST = 6  # partials needed to judge one of them
 # times. The diameter of a recorded string is known only roughly.
 AIR = 0.7
 LONG, RATIO = 60.0, 0.1  # s, T60, and of the neighbours' damping: a partial beyond both is hum
-MOST_CONDUCTANCE = 0.1  # m/s/N, of a neck: 2.5 times the highest of figure 3 (c)
+MAX_CONDUCTANCE = 0.1  # m/s/N, of a neck: 2.5 times the highest of figure 3 (c)
 
 
 def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int], list[str]]:
@@ -138,19 +138,19 @@ def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int]
     damping, unsure = (np.array(values) for values in zip(*((p.damping, p.damping_u) for p in found), strict=True))
     expected = law.frequency(np.array([p.number for p in found]))
     expected += _neighbours(nu - expected)
-    usual = _neighbours(damping)
+    typical = _neighbours(damping)
     bare = replace(
         string, viscoelastic_angle=0.0, thermoelastic=0.0, measured_frequencies=(),
         measured_dampings=(),
     )  # fmt: skip
     s = speaking(bare, rigid_neck(bare), 0)
     air = math.pi * nu * modes.loss_factor(s, nu)
-    least = np.maximum(AIR * air, np.minimum(RATIO * usual, math.log(1000) / LONG))
-    most = usual + neck_damping(MOST_CONDUCTANCE, modes.impedance(s), law.fundamental)
+    minimum = np.maximum(AIR * air, np.minimum(RATIO * typical, math.log(1000) / LONG))
+    maximum = typical + neck_damping(MAX_CONDUCTANCE, modes.impedance(s), law.fundamental)
     kinds = (
         ("off the law", np.abs(nu - expected) > ASTRAY * law.fundamental, expected, "Hz expected"),
-        ("ringing longer than a string can, hum perhaps", damping + unsure < least, damping, "/s"),
-        ("dying faster than a neck can make them", damping - unsure > most, damping, "/s"),
+        ("ringing longer than a string can, hum perhaps", damping + unsure < minimum, damping, "/s"),
+        ("dying faster than a neck can make them", damping - unsure > maximum, damping, "/s"),
     )
     numbers: set[int] = set()
     said = []

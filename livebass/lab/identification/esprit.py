@@ -27,7 +27,7 @@ PASS, STOP = 0.125, 0.5  # edges of the filter's transition, in sampling rates o
 USABLE = 0.35  # in sampling rates of the band: farther from the centre, a line may be an alias
 REJECTION = 100.0  # dB beyond STOP
 BANDWIDTH = PASS + STOP  # of noise through the filter, in sampling rates of the band
-MOST_ORDER = 16  # exponentials in a band
+MAX_ORDER = 16  # exponentials in a band
 FLATNESS = 0.1  # the order is the largest with a tenth of the best merit: one exponential too many does little harm
 
 
@@ -63,18 +63,18 @@ def shortest(width: float) -> float:
     return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
 
 
-def band(sound: Floats, rate: float, centre: float, width: float, most: int = SAMPLES) -> Band:
+def band(sound: Floats, rate: float, centre: float, width: float, maximum: int = SAMPLES) -> Band:
     """Cuts the band around `centre` (Hz) out of `sound` (n,), at a rate of about `width` (Hz).
 
-    The samples are the first of the sound, `most` at most; half of `width` passes with little loss. Raises ValueError
-    if the sound is too short for a single sample.
+    The samples are the first of the sound, `maximum` at most; half of `width` passes with little loss. Raises
+    ValueError if the sound is too short for a single sample.
     """
     count = math.ceil(shortest(width) * rate) | 1
     if sound.size < count:
         raise ValueError(f"{sound.size / rate:.3g} s of sound: a band of {width:.3g} Hz takes {count / rate:.3g} s")
     step = max(1, math.floor(rate / width))
     taps = _low_pass(count, step) * np.exp(-2j * np.pi * centre / rate * np.arange(count))
-    samples = _decimated(sound, taps, step, most)
+    samples = _decimate(sound, taps, step, maximum)
     turn = np.exp(-2j * np.pi * centre / rate * step * np.arange(samples.size))
     return Band(samples * turn, rate / step, centre, taps, rate)
 
@@ -87,9 +87,9 @@ def _low_pass(count: int, step: int) -> Floats:
     return np.asarray(low / low.sum())
 
 
-def _decimated(sound: Floats, taps: Complexes, step: int, most: int) -> Complexes:
+def _decimate(sound: Floats, taps: Complexes, step: int, maximum: int) -> Complexes:
     """Sums of `taps` times `sound`, from every `step`th sample on, as a product of matrices with rows of `step`."""
-    size, parts = min(most, (sound.size - taps.size) // step + 1), -(-taps.size // step)
+    size, parts = min(maximum, (sound.size - taps.size) // step + 1), -(-taps.size // step)
     rows, filters = np.zeros((size + parts - 1, step)), np.zeros((parts, step), np.complex128)
     rows.flat[: sound.size] = sound[: rows.size]
     filters.flat[: taps.size] = taps
@@ -130,8 +130,8 @@ def components(b: Band) -> list[Component]:
 
 def order(vectors: Complexes) -> int:
     """Returns the number of exponentials, by ESTER, from left singular vectors (rows, columns) of the Hankel matrix."""
-    most = min(MOST_ORDER, vectors.shape[0] // 3)
-    merit = np.array([1 / max(_invariance(vectors, p)[1], 1e-30) ** 2 for p in range(1, most + 1)])
+    maximum = min(MAX_ORDER, vectors.shape[0] // 3)
+    merit = np.array([1 / max(_invariance(vectors, p)[1], 1e-30) ** 2 for p in range(1, maximum + 1)])
     return 1 + int(np.flatnonzero(merit >= FLATNESS * merit.max())[-1])
 
 

@@ -20,18 +20,18 @@ from numpy.typing import NDArray
 
 from livebass.lab.identification.partials import median_line
 from livebass.model import modes
-from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
+from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretch_ratio
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 from livebass.rows.arrays import Complexes, Floats, Ints
 
 FEW = 10  # up to so many partials, the laws are fitted to all of them
-MOST_B = 0.01  # the limit of a preset
+MAX_B = 0.01  # the limit of a preset
 CLEARLY = 0.8  # ratio of misfits below which one law is better: a smaller gain may come from the neck
 DIAMETER_SPREAD = 0.3  # of the base preset's diameter: standard deviation of the prior
 ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and the prior's standard deviation as a multiple of it
 THERMOELASTIC_SPREAD = 2e-5  # 1/Q, minimum standard deviation of the prior; else it equals the preset's value
-LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not attributed to the neck
-LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of the law's relative error of 1/Q at a partial
+MIN_SHARE = 0.1  # of 1/Q: a smaller remainder is not attributed to the neck
+MIN_MISFIT, MAX_MISFIT = 0.01, 0.3  # limits of the law's relative error of 1/Q at a partial
 ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the neck only adds losses
 
 
@@ -49,7 +49,7 @@ class Law:
     def frequency(self, j: Floats | Ints) -> Floats:
         """Returns nu_j (Hz) of partials j (n,)."""
         mode = np.asarray(j, np.float64)
-        return np.asarray(mode * self.fundamental * stretched(self.stiffness_law, self.inharmonicity, mode))
+        return np.asarray(mode * self.fundamental * stretch_ratio(self.stiffness_law, self.inharmonicity, mode))
 
 
 def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
@@ -82,8 +82,8 @@ def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = Non
     power = 1 if law == "paper" else 2
     slope, at_zero = median_line(j**2, ratio**power)
     b = 2 / power * slope / at_zero if known is None else known
-    b = min(max(b, 0.0), MOST_B)
-    at_zero = float(np.median(ratio / stretched(law, b, j)))
+    b = min(max(b, 0.0), MAX_B)
+    at_zero = float(np.median(ratio / stretch_ratio(law, b, j)))
     fitted = Law(law, at_zero, b, 0.0, int(number[upper][0]), 0.0)
     off = frequency / fitted.frequency(number) - 1
     deviation = float(np.sqrt(np.mean(off[upper] ** 2)))
@@ -126,9 +126,9 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
         spread = np.hypot(deviation / damping, misfit)[high]  # relative
         x = _envelope(columns[high], (loss - constant)[high], spread * loss[high], known)
         away = np.abs(loss - constant - columns @ x)[high] / loss[high]
-        misfit = min(max(float(np.median(away)), LEAST_MISFIT), MOST_MISFIT)
+        misfit = min(max(float(np.median(away)), MIN_MISFIT), MAX_MISFIT)
     rest = loss - constant - columns @ x
-    rest[(rest < 2 * deviation / damping * loss) | (rest < LEAST_SHARE * loss)] = 0.0
+    rest[(rest < 2 * deviation / damping * loss) | (rest < MIN_SHARE * loss)] = 0.0
     conductance: tuple[tuple[float, float], ...] = ()
     if rest.any():
         last = int(np.flatnonzero(rest)[-1]) + 2  # one zero ends the table
@@ -162,11 +162,11 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
 
 
 CLOSE = 0.065  # target for the relative misfit of the dampings, root mean square
-MOST = 24  # resonances
+MAXIMUM = 24  # resonances
 SCATTER = 2e-4  # relative distance of modes from their law for reasons other than the neck
-USUAL_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and the values tried for a new resonance
+DEFAULT_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and the values tried for a new resonance
 QUALITY = (8.0, 150.0)
-MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: the maximum of figure 3 (c)
+MAX_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: the maximum of figure 3 (c)
 OPEN = 0.05  # the misfit that a Q e times off the usual one counts as ...
 PLACE = 0.01  # ... and a resonance one mode's distance off the nearest mode
 EVALUATIONS = 400  # most misfits computed in a least-squares search: with fewer, rounding decides how many are found
@@ -209,8 +209,10 @@ class NeckFit:
         return tuple(int(j) for j in np.flatnonzero(self.damping < self.law) + 1)
 
 
-def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tuple[Resonance, ...] = ()) -> NeckFit:
-    """Finds the fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
+def fit_neck(
+    string: String, close: float = CLOSE, maximum: int = MAXIMUM, start: tuple[Resonance, ...] = ()
+) -> NeckFit:
+    """Finds the fewest resonances, up to `maximum`, that meet the measured dampings of `string` to within `close`.
 
     `close` is relative, root mean square. Resonances are added one by one where they help most, with a least-squares
     refinement of all each time. The minimum is flat: different rounding leads to others, equally good. An initial neck
@@ -223,7 +225,7 @@ def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tupl
     x, dictionary = _logarithms(start), problem.dictionary()
     if start and problem.cost(refined := problem.refined(x)) < (1 - KEPT) * problem.cost(x):
         x = refined
-    while len(x) < most and problem.deviation(x) > close:
+    while len(x) < maximum and problem.deviation(x) > close:
         x = problem.refined(problem.with_another(x, dictionary))
     x = x[np.argsort(x[:, 0])]
     rows = np.exp(x).tolist()
@@ -304,7 +306,7 @@ class _Problem:
         """x plus the resonance of the dictionary that, at its best strength, leaves the least misfit."""
         units, columns = dictionary
         rest = self.misfits(x)
-        strength = np.clip(-(columns @ rest) / np.sum(columns**2, axis=1), 1e-9, MOST_CONDUCTANCE)
+        strength = np.clip(-(columns @ rest) / np.sum(columns**2, axis=1), 1e-9, MAX_CONDUCTANCE)
         best = int(np.argmin(np.sum((rest + strength[:, None] * columns) ** 2, axis=1)))
         return np.vstack([x, units[best] + [0.0, 0.0, math.log(strength[best])]])
 
@@ -313,7 +315,7 @@ class _Problem:
         from scipy.optimize import least_squares
 
         low = np.log([0.9 * self.nu[0], QUALITY[0], 1e-10])
-        high = np.log([1.05 * self.nu[-1], QUALITY[1], MOST_CONDUCTANCE])
+        high = np.log([1.05 * self.nu[-1], QUALITY[1], MAX_CONDUCTANCE])
         ends = np.tile(low, len(x)), np.tile(high, len(x))
 
         def residuals(flat: Floats) -> Floats:
@@ -326,7 +328,7 @@ class _Problem:
     def prior(self, x: Floats) -> Floats:
         """Misfits of Q from the usual one, and of resonances from the nearest mode, which the modes leave open."""
         away = np.min(np.abs(np.exp(x[:, :1]) - self.nu), axis=1) / self.nu[0]
-        return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
+        return np.concatenate([OPEN * (x[:, 1] - math.log(DEFAULT_QUALITY)), PLACE * away])
 
 
 def rigid_neck(string: String) -> Neck:

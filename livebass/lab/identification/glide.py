@@ -15,18 +15,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from livebass.lab.identification.esprit import WIDTH, band
-from livebass.lab.identification.lines import MOST_SAMPLES
+from livebass.lab.identification.lines import MAX_SAMPLES
 from livebass.lab.identification.partials import Partial, Take
 from livebass.rows.arrays import Floats
 from livebass.rows.units import cents
 
-MOST_PARTIALS = 30  # the strongest
+MAX_PARTIALS = 30  # the strongest
 FEWEST = 6  # partials needed for a glide
 TIMES = (0.06, 0.1, 0.17, 0.3, 0.5, 0.9, 1.5)  # s, decay times (to 1/e) of its parts
 LONGEST = 2.5  # s of the take examined
 SHALLOW = 25.0  # dB down to which a partial is followed
 SURE = 5.0  # standard deviations of the median over partials
-LEAST = 0.2  # cents
+MINIMUM = 0.2  # cents
 ROUNDS = 10  # that alternate between the curve and the frequencies of the partials
 
 
@@ -51,7 +51,7 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
     """Returns the glide that the `partials` of `take` share; None unless it is certain. Needs SciPy."""
     from scipy.optimize import nnls
 
-    loud = sorted(partials, key=lambda p: -p.amplitude)[:MOST_PARTIALS]
+    loud = sorted(partials, key=lambda p: -p.amplitude)[:MAX_PARTIALS]
     seen = [each for p in loud if (each := _deviation(take, p.frequency, f0)) is not None]
     if len(seen) < FEWEST:
         return None
@@ -62,7 +62,7 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
     off = off[:, np.count_nonzero(np.isfinite(off), axis=0) >= FEWEST]
     if off.shape[1] < FEWEST:
         return None
-    curve = _shared(off)
+    curve = _common_curve(off)
     t = (np.arange(curve.size) + 0.5) / rate
     # the filter only multiplies an exponential by a factor
     lag = np.arange(taps.size) / take.rate
@@ -71,7 +71,7 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
     parts = nnls(np.column_stack([shapes, np.ones(t.size), -np.ones(t.size)]), curve)[0][: len(times)]
     glide = Glide(tuple((float(a), time) for a, time in zip(parts, times, strict=True) if a > 0))
     shape = shapes @ parts
-    if not glide.parts or glide.cents < LEAST:
+    if not glide.parts or glide.cents < MINIMUM:
         return None
     shares = np.array([_share(row, shape) for row in off])
     shares = shares[np.isfinite(shares)]
@@ -83,7 +83,7 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
 def _deviation(take: Take, frequency: float, f0: float) -> tuple[Floats, float, Floats] | None:
     """Relative deviations (n,) of the frequency of a partial, their rate (Hz), and the filter used."""
     try:
-        b = band(take.sound, take.rate, frequency, WIDTH * f0, MOST_SAMPLES)
+        b = band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES)
     except ValueError:
         return None
     y = b.samples[: round(LONGEST * b.rate)]
@@ -95,7 +95,7 @@ def _deviation(take: Take, frequency: float, f0: float) -> tuple[Floats, float, 
     return turned / frequency, b.rate, np.abs(b.taps)
 
 
-def _shared(off: Floats) -> Floats:
+def _common_curve(off: Floats) -> Floats:
     """The curve (n,) common to deviations (partials, n), each up to a constant; NaN means no value."""
     curve = np.zeros(off.shape[1])
     for _ in range(ROUNDS):
@@ -111,7 +111,7 @@ def _share(off: Floats, shape: Floats) -> float:
     return float(near @ off[known] / (near @ near)) if np.count_nonzero(known) >= FEWEST and near.any() else math.nan
 
 
-def straightened(take: Take, glide: Glide) -> Take:
+def straighten(take: Take, glide: Glide) -> Take:
     """Returns `take` resampled so that it does not glide. Needs SciPy."""
     from scipy.interpolate import CubicSpline
     from scipy.signal import resample_poly

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Unpack
 
 from livebass.lab.identification.across import level_across
+from livebass.lab.identification.common_partials import alone, cut_fades, find_partials, steady
 from livebass.lab.identification.doubts import doubtful
-from livebass.lab.identification.heard import alone, heard_in, steady, unfaded
 from livebass.lab.identification.limits import Search, Searching
 from livebass.lab.identification.onset import fit_onset, third_octaves
 from livebass.lab.identification.partials import combine
-from livebass.lab.identification.result import Identified, identified, laws_of, nearest_string, tuned
+from livebass.lab.identification.result import Identified, identified_string, laws_of, nearest_string, tune_string
 from livebass.lab.identification.takes import takes_of
 from livebass.model.instrument import Instrument, String, note_frequency, speaking
 
@@ -52,12 +52,12 @@ def identify(
     Raises:
         ValueError: A value out of its limits; as RecordingError, recordings that cannot be used.
     """
-    asked = Search(**search)
+    requested = Search(**search)
     paths = [Path(r) for r in ([recordings] if isinstance(recordings, str | os.PathLike) else recordings)]
     known = None if string is None else _string(bass, string)
-    takes = takes_of(paths, asked, _hint(asked, known))
-    heard = heard_in(takes, asked.modes)
-    for step in (steady, unfaded, alone):
+    takes = takes_of(paths, requested, _hint(requested, known))
+    heard = find_partials(takes, requested.modes)
+    for step in (steady, cut_fades, alone):
         heard = step(heard)
     found = combine([note.partials for note in heard.notes])
     base = known or nearest_string(bass, takes.pitch)
@@ -65,12 +65,12 @@ def identify(
     found = [p for p in found if p.number not in strange]
     heard = replace(heard, doubts=(*heard.doubts, *doubts))
     laws, neck = laws_of(found, base), bass.necks[bass.strings.index(base)]
-    fitted, level = tuned(base, laws[0], asked.note), level_across(bass, base.name)
-    result = identified(fitted, neck, laws, found, level, heard, takes.all_takes - len(heard.notes))
+    fitted, level = tune_string(base, laws[0], requested.note), level_across(bass, base.name)
+    result = identified_string(fitted, neck, laws, found, level, heard, takes.all_takes - len(heard.notes))
     if only_string:
         return result
     bands = third_octaves(result.takes)
-    return replace(result, onset=fit_onset(speaking(result.string, neck, 0), bass, found, bands, asked.start))
+    return replace(result, onset=fit_onset(speaking(result.string, neck, 0), bass, found, bands, requested.start))
 
 
 def _string(bass: Instrument, name: str) -> String:

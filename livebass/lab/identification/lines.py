@@ -28,15 +28,15 @@ CLEAR = 10.0  # dB over the noise
 BETWEEN = 0.35, 0.65  # f0 from a partial: the noise is measured here
 BEAT = 0.3  # s that a beat may hide a partial
 FEWEST = 8  # samples of an envelope
-MOST_SAMPLES = 4000  # of a band
+MAX_SAMPLES = 4000  # of a band
 BETTER = 0.5  # of the error of one line: two lines that leave more are not distinguished from one
 EXPLAINED = 0.03  # relative error, of power, below which lines explain a partial ...
 ALONE = 0.01  # ... and below which one line alone does
 OVER_NOISE = 4.0  # ... or this multiple of the noise's share
 TWIN = 0.04  # of f0: a sine this close to a partial belongs to it
 TWIN_LEVEL = 30.0  # dB below the partial
-LEAST_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
-MOST_CANDIDATES = 6  # damped sines; one or two are chosen
+MIN_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
+MAX_CANDIDATES = 6  # damped sines; one or two are chosen
 STEPS = 12  # of Gauss-Newton, at most
 
 
@@ -91,13 +91,13 @@ def envelope(sound: Floats, rate: float, frequency: float, f0: float, late: Floa
     `late` is the sound's `late_spectrum`. A partial that does not fall gets the least damping.
     """
     try:
-        b = band(sound, rate, frequency, WIDTH * f0, MOST_SAMPLES)
+        b = band(sound, rate, frequency, WIDTH * f0, MAX_SAMPLES)
     except ValueError:
         return None
     level = 20 * np.log10(np.abs(b.samples) + 1e-300)
     noise = _noise(late, frequency, f0) * float(np.sum(np.abs(b.taps) ** 2))
-    least = max(float(level[:3].max()) - DOWN, 10 * math.log10(noise + 1e-300) + CLEAR)
-    count = until(level > least, max(3, round(BEAT * b.rate)))
+    minimum = max(float(level[:3].max()) - DOWN, 10 * math.log10(noise + 1e-300) + CLEAR)
+    count = until(level > minimum, max(3, round(BEAT * b.rate)))
     if count < FEWEST:
         return None
     t = np.arange(count) / b.rate
@@ -108,7 +108,7 @@ def envelope(sound: Floats, rate: float, frequency: float, f0: float, late: Floa
     independent = max(4.0, count * rate / b.rate / b.taps.size)  # samples within the filter are alike
     spread = math.log(10) / 20 * float(np.std(off)) * math.sqrt(12 / independent) / (t[-1] + 1 / b.rate)
     relative = noise * float(np.mean(np.exp(2 * damping * t))) * 10 ** (-float(np.mean(level[:3])) / 10)
-    return Envelope(b, count, max(float(damping), LEAST_DAMPING), spread, relative, 2 * 10 ** (start / 20) / gain)
+    return Envelope(b, count, max(float(damping), MIN_DAMPING), spread, relative, 2 * 10 ** (start / 20) / gain)
 
 
 def until(clear: np.ndarray, gap: int) -> int:
@@ -147,7 +147,7 @@ def decay(found: Component, near: Sequence[Component], seen: Envelope | None, f0
     for c in sorted(near, key=lambda c: -c.energy):
         beside = abs(c.frequency - found.frequency) < TWIN * f0 and c.amplitude > limit * found.amplitude
         alike = any(_alike(c, other, seen.band.rate / seen.count) for other in candidates)
-        if beside and not alike and len(candidates) < MOST_CANDIDATES:
+        if beside and not alike and len(candidates) < MAX_CANDIDATES:
             candidates.append(c)
     problem = _Problem(seen)
     poles = [_pole(c.frequency, c.damping, seen.band.centre) for c in candidates]
@@ -167,7 +167,7 @@ def decay(found: Component, near: Sequence[Component], seen: Envelope | None, f0
     two = min((problem.refined(pair) for pair in pairs), key=problem.error)
     left = problem.error(one), problem.error(two)
     lines = problem.lines(two)
-    real = all(line.damping > LEAST_DAMPING and line.amplitude > 0 for line in lines)
+    real = all(line.damping > MIN_DAMPING and line.amplitude > 0 for line in lines)
     real = real and abs(lines[0].frequency - lines[1].frequency) < TWIN * f0
     real = real and problem.weakest(two) > 10 ** (-TWIN_LEVEL / 20)
     if real and left[1] < BETTER * left[0]:
@@ -221,7 +221,7 @@ class _Problem:
             side = (slopes / size).conj().T @ rest
             step = np.linalg.solve(gram + damp * np.eye(size.size), side) / size
             moved = s + step[: s.size]
-            moved = np.minimum(moved.real, -LEAST_DAMPING / 2) + 1j * moved.imag
+            moved = np.minimum(moved.real, -MIN_DAMPING / 2) + 1j * moved.imag
             error = self.error(moved)
             if error < best:
                 gain, s, best, damp = best - error, moved, error, damp / 5
@@ -252,4 +252,4 @@ class _Problem:
         """Returns the damping (1/s) of the straight line through the level of lines `s`."""
         sound = np.exp(np.outer(self.t, s)) @ self._solved(s)[0]
         level = np.log(np.abs(sound) + 1e-300)
-        return max(-float(np.polyfit(self.t, level, 1)[0]), LEAST_DAMPING)
+        return max(-float(np.polyfit(self.t, level, 1)[0]), MIN_DAMPING)

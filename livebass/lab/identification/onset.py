@@ -81,7 +81,7 @@ def can_be_fitted(bass: Instrument, name: str) -> bool:
     return fingers and bass.output.kind == "pickups" and bool(pickups_under(bass.output, name))
 
 
-def rounded(player: Player) -> tuple[float, float]:
+def middle_pluck(player: Player) -> tuple[float, float]:
     """Rounding (m) and release (s) of a pluck halfway from the softest to the hardest force."""
     pairs = (player.rounding, player.rounding_soft), (player.release_time, player.release_time_soft)
     width, release = (math.sqrt(hard * soft) if hard and soft else hard for hard, soft in pairs)
@@ -196,12 +196,12 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
     problem = _Levels(s, bass, found, bands, since)
     if problem.partial.size < FEWEST:
         return None
-    width, release = rounded(bass.player)
-    usual = _Values(
+    width, release = middle_pluck(bass.player)
+    prior = _Values(
         (1 - bass.player.pluck_position) * s.length, width, max(release, 30e-6),
         tuple(p.position for p in problem.pickups), tuple(p.level for p in problem.pickups), bass.output.coil.tone,
     )  # fmt: skip
-    space = _Space(usual)
+    space = _Space(prior)
 
     sure = SURE[1]
 
@@ -221,10 +221,10 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
     others = [space.values(x) for x in ends[1:]]
     # the same comb with pluck and pickup exchanged, wherever the preset has them
     others += [space.values(refined(space.inside(x))) for x in space.exchanged(ends[0])]
-    misfit, before = problem.misfit(best), problem.misfit(usual)
+    misfit, before = problem.misfit(best), problem.misfit(prior)
     tones = [space.values(refined(*space.with_tone(ends[0], other))) for other in TONES_TRIED]
     doubts = _doubts(problem, best, misfit, others, tones)
-    power = [float(np.sum((problem.amplitudes(v) ** 2) * problem.energy)) for v in (usual, best)]
+    power = [float(np.sum((problem.amplitudes(v) ** 2) * problem.energy)) for v in (prior, best)]
     pickups = tuple(
         replace(p, position=x, level=level)
         for p, x, level in zip(problem.pickups, best.positions, best.levels, strict=True)
@@ -234,39 +234,39 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
 
 
 class _Space:
-    """Vectors x of the unknowns, in standard deviations from the `usual` values: place, rounding, release, tone ...
+    """Vectors x of the unknowns, in standard deviations from the `prior` values: place, rounding, release, tone ...
 
     ... then the places of the pickups, and the levels of all but the first.
     """
 
-    def __init__(self, usual: _Values) -> None:
-        self.usual = usual
-        most = MIXED * math.log(10) / 20
-        closed = usual.tone + NEARLY_CLOSED
+    def __init__(self, prior: _Values) -> None:
+        self.prior = prior
+        maximum = MIXED * math.log(10) / 20
+        closed = prior.tone + NEARLY_CLOSED
         bounds = [
-            [(e - usual.place) / SPREADS["place"] for e in PLACES],
-            [math.log(e / usual.rounding) / SPREADS["rounding"] for e in WIDTHS],
-            [math.log(e / usual.release) / SPREADS["release"] for e in RELEASES],
+            [(e - prior.place) / SPREADS["place"] for e in PLACES],
+            [math.log(e / prior.rounding) / SPREADS["rounding"] for e in WIDTHS],
+            [math.log(e / prior.release) / SPREADS["release"] for e in RELEASES],
             [math.log((e + NEARLY_CLOSED) / closed) / SPREADS["tone"] for e in (0.0, 1.0)],
-            *([(e - p) / SPREADS["position"] for e in PICKUPS] for p in usual.positions),
+            *([(e - p) / SPREADS["position"] for e in PICKUPS] for p in prior.positions),
             *(
-                [-most / SPREADS["level"], min(most, math.log(LOUDEST / max(abs(v), 1e-3))) / SPREADS["level"]]
-                for v in usual.levels[1:]
+                [-maximum / SPREADS["level"], min(maximum, math.log(LOUDEST / max(abs(v), 1e-3))) / SPREADS["level"]]
+                for v in prior.levels[1:]
             ),
         ]
         self.low, self.high = np.array([(min(low, -1e-6), max(high, 1e-6)) for low, high in bounds]).T
 
     def values(self, x: Floats) -> _Values:
         """Returns the values of `x`."""
-        usual, each, count = self.usual, x.tolist(), len(self.usual.positions)
+        prior, each, count = self.prior, x.tolist(), len(self.prior.positions)
         at, mix = each[4 : 4 + count], [0.0, *each[4 + count :]]
-        tone = (usual.tone + NEARLY_CLOSED) * math.exp(each[3] * SPREADS["tone"]) - NEARLY_CLOSED
+        tone = (prior.tone + NEARLY_CLOSED) * math.exp(each[3] * SPREADS["tone"]) - NEARLY_CLOSED
         return _Values(
-            usual.place + each[0] * SPREADS["place"],
-            usual.rounding * math.exp(each[1] * SPREADS["rounding"]),
-            usual.release * math.exp(each[2] * SPREADS["release"]),
-            tuple(p + d * SPREADS["position"] for p, d in zip(usual.positions, at, strict=True)),
-            tuple(v * math.exp(d * SPREADS["level"]) for v, d in zip(usual.levels, mix, strict=True)),
+            prior.place + each[0] * SPREADS["place"],
+            prior.rounding * math.exp(each[1] * SPREADS["rounding"]),
+            prior.release * math.exp(each[2] * SPREADS["release"]),
+            tuple(p + d * SPREADS["position"] for p, d in zip(prior.positions, at, strict=True)),
+            tuple(v * math.exp(d * SPREADS["level"]) for v, d in zip(prior.levels, mix, strict=True)),
             min(max(tone, 0.0), 1.0),
         )
 
@@ -276,9 +276,9 @@ class _Space:
 
     def starts(self) -> list[Floats]:
         """Returns the initial vectors: places of the pluck and of the pickups, and their mixes."""
-        count = len(self.usual.positions)
+        count = len(self.prior.positions)
         found = []
-        places = (np.arange(*PLACES, GRID) - self.usual.place) / SPREADS["place"]
+        places = (np.arange(*PLACES, GRID) - self.prior.place) / SPREADS["place"]
         mixes = (-MIX_TRIED, 0.0, MIX_TRIED) if count > 1 else (0.0,)
         moves = list(product((-1.0, 0.0, 1.0), repeat=min(count, 2)))
         for darker, place, mix, moved in product((0.0, DARK_TRIED), places, mixes, moves):
@@ -290,7 +290,7 @@ class _Space:
     def with_tone(self, x: Floats, tone: float) -> tuple[Floats, tuple[Floats, Floats]]:
         """Returns `x` with another tone, and bounds that hold it there."""
         low, high, at = self.low.copy(), self.high.copy(), x.copy()
-        at[3] = math.log((tone + NEARLY_CLOSED) / (self.usual.tone + NEARLY_CLOSED)) / SPREADS["tone"]
+        at[3] = math.log((tone + NEARLY_CLOSED) / (self.prior.tone + NEARLY_CLOSED)) / SPREADS["tone"]
         low[3], high[3] = at[3] - 1e-6, at[3] + 1e-6
         return np.clip(at, low + 1e-7, high - 1e-7), (low, high)
 
@@ -299,8 +299,8 @@ class _Space:
         v, found = self.values(x), []
         for k, position in enumerate(v.positions):
             other = x.copy()
-            other[0] = (position - self.usual.place) / SPREADS["place"]
-            other[4 + k] = (v.place - self.usual.positions[k]) / SPREADS["position"]
+            other[0] = (position - self.prior.place) / SPREADS["place"]
+            other[4 + k] = (v.place - self.prior.positions[k]) / SPREADS["position"]
             found.append(other)
         return found
 

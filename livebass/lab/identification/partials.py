@@ -22,7 +22,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.lab.analysis.motion import t60
 from livebass.lab.identification.esprit import WIDTH, Component, band, components, shortest
-from livebass.lab.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope, late_spectrum
+from livebass.lab.identification.lines import MIN_DAMPING, Decay, Line, decay, envelope, late_spectrum
 from livebass.rows.arrays import Floats
 from livebass.rows.units import one_line
 from livebass.sound.analysis import fundamental
@@ -109,7 +109,7 @@ def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:
     for k, begin in enumerate(begins):
         end = begins[k + 1] - MARGIN if k + 1 < len(begins) else sound.size / rate
         start = begin + skip
-        end = min(end, _stopped(level, begin, end), start + longest)
+        end = min(end, _stop_time(level, begin, end), start + longest)
         piece = sound[round(start * rate) : max(0, round(end * rate))]
         if piece.size:
             found.append(Take(recording.name, start, piece, rate))
@@ -149,7 +149,7 @@ def _attacks(sound: Floats, rate: int, level: Floats) -> list[float]:
     return begins
 
 
-def _stopped(level: Floats, begin: float, end: float) -> float:
+def _stop_time(level: Floats, begin: float, end: float) -> float:
     """Time (s) at which a hand stops the note that sounds from `begin` to `end` (s), or `end`."""
     span = round(0.1 / HOP)
     first, last = round(begin / HOP) + 2 * span, min(round(end / HOP), level.size) - span
@@ -163,9 +163,9 @@ def _stopped(level: Floats, begin: float, end: float) -> float:
 SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # widths of bands, as multiples of WIDTH
 FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then cover about five decay times
 NEAR = 0.15  # of f0: largest distance of a partial from its expected place
-LEAST_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
+MIN_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
 FAINTEST = 85.0  # dB below the peak of the sound: more than a band's leakage from the rest
-MOST_UNSURE = 0.2  # standard deviation over damping
+MAX_UNSURE = 0.2  # standard deviation over damping
 MISSING = 8  # consecutive missing partials that end the search
 HIGHEST = 0.45  # frequency of a partial, in sampling rates
 
@@ -184,11 +184,11 @@ class Partial:
     v: Line | None = None  # the one that stays
 
 
-def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
-    """Finds partials 1 to `most` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
+def track(sound: Floats, rate: float, f0: float, maximum: int) -> list[Partial]:
+    """Finds partials 1 to `maximum` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
     found: list[Partial] = []
     late = late_spectrum(sound, rate)
-    for j in range(1, most + 1):
+    for j in range(1, maximum + 1):
         expected = predict(found, f0, j)
         if expected > HIGHEST * rate or j - (found[-1].number if found else 0) > MISSING:
             break
@@ -256,10 +256,10 @@ def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, ex
         c
         for c in seen
         if abs(c.frequency - expected) < NEAR * f0
-        and c.energy > LEAST_ENERGY
+        and c.energy > MIN_ENERGY
         and c.amplitude > faintest
-        and c.damping > LEAST_DAMPING
-        and c.damping_sd < MOST_UNSURE * c.damping
+        and c.damping > MIN_DAMPING
+        and c.damping_sd < MAX_UNSURE * c.damping
     ]
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from livebass.lab.identification.across import Across, Own, across, fit_own, heard_of_both
+from livebass.lab.identification.common_partials import Heard
 from livebass.lab.identification.fit import Law, Losses, fit_laws, fit_losses, rigid_neck
 from livebass.lab.identification.glide import Glide
-from livebass.lab.identification.heard import Heard
 from livebass.lab.identification.onset import Onset
 from livebass.lab.identification.partials import Found, RecordingError, Take
 from livebass.model.instrument import Instrument, Neck, String, speaking
@@ -67,7 +67,7 @@ def nearest_string(bass: Instrument, frequency: float) -> String:
     return best
 
 
-def tuned(base: String, law: Law, note: int | None) -> String:
+def tune_string(base: String, law: Law, note: int | None) -> String:
     """`base` with the f0 and B found, and the tension that they need, as in table 1 of the paper."""
     string = replace(base, open_note=base.open_note if note is None else note)
     check_pitch(string, law.fundamental)
@@ -109,7 +109,7 @@ def _neck_with(neck: Neck, string: String, y: Admittance, own: Own | None) -> Ne
     return replace(rigid_neck(string), admittance=y, stiffness_across=stiffness, longer_across=longer)
 
 
-def measured(string: String, neck: Neck, found: Sequence[Found], level: float, own: Own | None) -> String:
+def with_modes(string: String, neck: Neck, found: Sequence[Found], level: float, own: Own | None) -> String:
     """The string with its measured modes; missing ones follow its laws, so there is no gap."""
     s, count = speaking(string, neck, 0), found[-1].number
     nu, sigma = frequencies(s, count), dampings(s, count)
@@ -130,7 +130,7 @@ def missing(found: Sequence[Found]) -> tuple[int, ...]:
     return tuple(j for j in range(1, found[-1].number + 1) if j not in have)
 
 
-def identified(
+def identified_string(
     base: String, neck: Neck, laws: tuple[Law, Law], found: Sequence[Found], level: float, heard: Heard, rejected: int
 ) -> Identified:
     """The string `base` over its `neck` by the `laws` of its partials, without pluck, pickups and tone.
@@ -141,7 +141,7 @@ def identified(
     string, neck = _lossy(base, losses), _neck_with(neck, base, Admittance(table=_table(losses)), own)
     s = speaking(string, neck, 0)
     return Identified(
-        string=measured(string, neck, found, level, own),
+        string=with_modes(string, neck, found, level, own),
         conductance=losses.conductance,
         partials=tuple(found),
         law=laws[0],

@@ -216,5 +216,5 @@ def _which_law(result: Identified) -> str:
 def _neck(result: Identified) -> str:
     if not result.conductance:
         return "nothing left for the neck"
-    nu, most = max(result.conductance, key=lambda pair: pair[1])
-    return f"the neck takes most at {nu:.0f} Hz, {most * 1e3:.3g} mm/s/N"
+    nu, maximum = max(result.conductance, key=lambda pair: pair[1])
+    return f"the neck takes most at {nu:.0f} Hz, {maximum * 1e3:.3g} mm/s/N"

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from livebass.lab.identification.esprit import WIDTH, band
-from livebass.lab.identification.lines import BEAT, MOST_SAMPLES, until
+from livebass.lab.identification.lines import BEAT, MAX_SAMPLES, until
 from livebass.lab.identification.partials import Partial, Recording, Take
 from livebass.rows.arrays import Floats
 
@@ -73,17 +73,17 @@ def loop_of(sound: Floats, rate: float) -> tuple[int, int] | None:
     return None
 
 
-def _left(sound: Floats, begin: int, end: int, lag: int) -> float:
+def _unexplained(sound: Floats, begin: int, end: int, lag: int) -> float:
     """Returns the part of sound[begin:end] (dB) not explained by the sound `lag` earlier."""
     a, b = sound[begin:end], sound[begin - lag : end - lag]
-    most = float(a @ a) * float(b @ b)
-    return 10 * math.log10(max(1 - float(a @ b) ** 2 / most, 1e-16)) if most > 0 else 0.0
+    maximum = float(a @ a) * float(b @ b)
+    return 10 * math.log10(max(1 - float(a @ b) ** 2 / maximum, 1e-16)) if maximum > 0 else 0.0
 
 
 def _repeats(sound: Floats, piece: int, lag: int) -> bool:
     end = sound.size
-    once = _left(sound, end - piece, end, lag)
-    often = _left(sound, end - piece, end, REPEATS * lag)
+    once = _unexplained(sound, end - piece, end, lag)
+    often = _unexplained(sound, end - piece, end, REPEATS * lag)
     return often < max(once + GROWS, -2 * EXACT) and often < -EXACT + GROWS
 
 
@@ -96,14 +96,14 @@ def _noise_repeats(sound: Floats, piece: int, lag: int) -> bool:
     gram = past.T @ past / scale**2 + 1e-13 * len(rows) * np.eye(ORDER)
     noise = now - past @ np.linalg.solve(gram, past.T @ now / scale**2)
     a, b = noise[-piece:], noise[-piece - lag : noise.size - lag]
-    most = math.sqrt(float(a @ a) * float(b @ b))
-    return most > 0 and float(a @ b) > OF_NOISE * most
+    maximum = math.sqrt(float(a @ a) * float(b @ b))
+    return maximum > 0 and float(a @ b) > OF_NOISE * maximum
 
 
 def _beginning(sound: Floats, piece: int, lag: int) -> int:
     """The first sample that repeats the one `lag` earlier."""
     end, step = sound.size, max(1, piece // 8)
-    while end - step - lag - piece >= 0 and _left(sound, end - step - piece, end - step, lag) < -EXACT + GROWS:
+    while end - step - lag - piece >= 0 and _unexplained(sound, end - step - piece, end - step, lag) < -EXACT + GROWS:
         end -= step
     return end - piece
 
@@ -144,7 +144,7 @@ def _level(sound: Floats) -> float:
     return 10 * math.log10(float(np.mean(sound**2)) + 1e-20)
 
 
-MOST_PARTIALS = 24  # the strongest
+MAX_PARTIALS = 24  # the strongest
 FEWEST = 6  # partials needed for a gain
 SHALLOW = 35.0  # dB down to which a partial is followed
 SAMPLES = 24  # of a partial's level, at least
@@ -170,7 +170,7 @@ def shared_gain(take: Take, partials: Sequence[Partial], f0: float) -> Gain | No
     A string's partials are sums of exponentials: they beat, each in its own time, and fall straight or more and more
     slowly. If all of them fall faster at once, there is a gain: a compressor that lets go, a fade, or a hand.
     """
-    loud = sorted(partials, key=lambda p: -p.amplitude)[:MOST_PARTIALS]
+    loud = sorted(partials, key=lambda p: -p.amplitude)[:MAX_PARTIALS]
     levels = [level for p in loud if (level := _levels(take, p.frequency, f0)) is not None]
     if len(levels) < FEWEST:
         return None
@@ -198,7 +198,7 @@ FILTER = 10.7  # periods that the filter of a band lasts
 def _levels(take: Take, frequency: float, f0: float) -> Floats | None:
     """Levels (n,), dB, of a partial down to SHALLOW below its beginning; None if too few."""
     try:
-        y = np.abs(band(take.sound, take.rate, frequency, WIDTH * f0, MOST_SAMPLES).samples)
+        y = np.abs(band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES).samples)
     except ValueError:
         return None
     level = 20 * np.log10(y + 1e-300)
@@ -217,7 +217,7 @@ def without_fade(take: Take, gain: Gain) -> tuple[Take, str]:
     return replace(take, sound=take.sound[: round(gain.bend * take.rate)]), said
 
 
-def compressed(take: Take, gain: Gain) -> str:
+def compressor_doubt(take: Take, gain: Gain) -> str:
     """Says that `take` went through a compressor."""
     return f"{_bend(take, gain)}: a compressor that lets go there, or frets touched until then; T60 come out wrong"
 

@@ -21,7 +21,7 @@ from livebass.preset.load import load_preset
 from livebass.sound.analysis import PAPER_RATE
 
 PRESET = "paper-g"
-USUAL = 0.64  # m from the nut
+DEFAULT_PLACE = 0.64  # m from the nut
 OBLIQUE = (3.1e-3, 2.2e-3)  # m along u and v
 
 
@@ -40,7 +40,7 @@ class Case:
     section: str
     apex: float  # m, the string's greatest displacement before rounding
     contact_rate: float  # Hz
-    position: float = USUAL  # m from the nut
+    position: float = DEFAULT_PLACE  # m from the nut
     angle: float = 0.0  # rad
     duration: float = 1.0  # s
     string: Callable[[String], String] = lambda string: string
@@ -75,7 +75,7 @@ def without_dispersion(string: String) -> String:
     return replace(string, measured_frequencies=harmonics, measured_dampings=tuple(map(float, dampings(s, count))))
 
 
-def straightened(gap: float | None = None) -> Callable[[Neck], Neck]:
+def straighten(gap: float | None = None) -> Callable[[Neck], Neck]:
     """A neck whose inner frets are raised towards the line from its first to its last (section 4.2.3).
 
     All move by the same fraction of the way, so fret 12 ends `gap` (m) under the string at rest; None: up to the line.
@@ -90,7 +90,7 @@ def straightened(gap: float | None = None) -> Callable[[Neck], Neck]:
     return changed
 
 
-def raised(fret: int, by: float) -> Callable[[Neck], Neck]:
+def raise_fret(fret: int, by: float) -> Callable[[Neck], Neck]:
     """A neck with one fret raised by `by` (m)."""
 
     def changed(neck: Neck) -> Neck:
@@ -124,10 +124,10 @@ CASES = {
         Case("neck", "Softly over the measured neck, 1.8 mm", "4.2.3", 1.8e-3, 2e6, position=0.6),
         Case(
             "half-straight", "The neck straightened to 2 mm", "4.2.3", 1.8e-3, 2e6, 0.6,
-            neck=straightened(2e-3),
+            neck=straighten(2e-3),
         ),
-        Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straightened()),
-        Case("sixth-fret", "The sixth fret up by 0.5 mm", "4.2.3", 1.8e-3, 2e6, 0.6, neck=raised(6, 0.5e-3)),
+        Case("straight", "The neck straight", "4.2.3", 1.8e-3, 2e6, 0.6, neck=straighten()),
+        Case("sixth-fret", "The sixth fret up by 0.5 mm", "4.2.3", 1.8e-3, 2e6, 0.6, neck=raise_fret(6, 0.5e-3)),
         Case("soft", "Case B, frets of K = 1e9", "4.2.4", 3.6e-3, 4e6, neck=softer),
         Case("fretless", "A fretless bass, plucked as in case B", "5", 3.6e-3, 8e6, preset="paper-fretless"),
         Case("one-contact", "Laboratory string over one point", "2", 1e-3, 4e6, 0.7515, preset="one-contact"),

@@ -31,7 +31,7 @@ class Job:
         return motion
 
 
-def shared(jobs: Iterable[Job]) -> dict[Job, Job]:
+def share_jobs(jobs: Iterable[Job]) -> dict[Job, Job]:
     """The job to solve for each job: jobs that differ only in `Trial.states` become one with all states."""
     bare = {job: replace(job, trial=replace(job.trial, states=())) for job in jobs}
     states: dict[Job, set[int]] = {}
@@ -46,7 +46,7 @@ def solve_all(
 ) -> dict[Job, Solved]:
     """Solve `jobs` on `workers` threads (default: one per core), the longest first so that no core waits.
 
-    `step` is called after each motion, once per distinct value of `shared`. Raises ValueError if a solution is not
+    `step` is called after each motion, once per distinct value of `share_jobs`. Raises ValueError if a solution is not
     finite. [main thread]
     """
     return next(solve_in_turn([jobs], workers, step))
@@ -59,9 +59,9 @@ def solve_in_turn(
 
     The next groups are solved meanwhile. Closing the iterator starts no further motion. [main thread]
     """
-    asked = [list(group) for group in groups]
-    instead = shared(job for group in asked for job in group)
-    ordered = [sorted((instead[job] for job in group), key=_cost) for group in asked]
+    requested = [list(group) for group in groups]
+    instead = share_jobs(job for group in requested for job in group)
+    ordered = [sorted((instead[job] for job in group), key=_cost) for group in requested]
     wanted = dict.fromkeys(job for group in ordered for job in group)
     for job in {(job.solver, bool(job.trial.speaking.surface)): job for job in wanted}.values():
         instant = replace(job.trial, duration=1 / job.trial.output_rate, states=())
@@ -70,12 +70,12 @@ def solve_in_turn(
     with ThreadPoolExecutor(workers or core_count()) as pool:
         futures = {job: pool.submit(job.solve) for job in wanted}
         try:
-            for group in asked:
+            for group in requested:
                 missing = {futures[instead[job]]: instead[job] for job in group if instead[job] not in motions}
                 for future in as_completed(missing):
                     motions[missing[future]] = future.result()
                     step()
-                yield {job: _solved(job, instead[job], motions[instead[job]]) for job in group}
+                yield {job: _select_states(job, instead[job], motions[instead[job]]) for job in group}
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -86,15 +86,15 @@ def _cost(job: Job) -> float:
     return -job.trial.duration * job.trial.contact_rate
 
 
-def _solved(job: Job, whole: Job, motion: Motion) -> Solved:
+def _select_states(job: Job, whole: Job, motion: Motion) -> Solved:
     """`motion`, solved for `whole`, as `job` requests it."""
     return Solved(job.trial, _with_states(motion, whole.trial, job.trial))
 
 
-def _with_states(motion: Motion, solved: Trial, asked: Trial) -> Motion:
-    """`motion` of the trial `solved` with only the states of the trial `asked`."""
-    if motion.states is None or asked.states == solved.states:
+def _with_states(motion: Motion, solved: Trial, requested: Trial) -> Motion:
+    """`motion` of the trial `solved` with only the states of the trial `requested`."""
+    if motion.states is None or requested.states == solved.states:
         return motion
-    if not asked.states:
+    if not requested.states:
         return replace(motion, states=None)
-    return replace(motion, states=motion.states[np.searchsorted(solved.states, asked.states)])
+    return replace(motion, states=motion.states[np.searchsorted(solved.states, requested.states)])

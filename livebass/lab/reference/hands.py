@@ -132,7 +132,7 @@ def _check_hand(hand: Hand, positive: tuple[str, ...]) -> None:
         raise refusal(f"end of a {kind}", f"after its start, {hand.start:g} s", f"{hand.end:g} s")
 
 
-def held(height: float) -> Path:
+def hold_still(height: float) -> Path:
     """Path of a stop that stays at `height` (m)."""
     return lambda time, _begin, _velocity: np.full(time.shape, height)
 

@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from livebass.compiling.by_numba import counted
 from livebass.rows.arrays import Floats, Ints
 
-MOST_NEWTON_STEPS = 60
+MAX_NEWTON_STEPS = 60
 ACCEPTED_RESIDUAL = 1e-15  # m; Newton goes on below it as long as the residual falls
-LEAST_PART = 1e-9  # of a Newton step, when halving one that overshoots
+MIN_PART = 1e-9  # of a Newton step, when halving one that overshoots
 NEARLY_EQUAL = 1e-4  # relative change of penetration below which the slope is taken at a middle point
-MOST_GUESSES = 40  # at the points that stick
-MOST_SWEEPS = 100_000  # over the points, if all guesses fail
+MAX_GUESSES = 40  # at the points that stick
+MAX_SWEEPS = 100_000  # over the points, if all guesses fail
 
 ABSENT, CONTACT, LINEAR, FLESH = 0, 1, 2, 3  # kinds of law
 
@@ -119,7 +119,7 @@ def _force_of_powers(before: float, after: float, r: float, stiffness: float, ex
 
 
 @counted
-def stored(kind: int, eta: float, stiffness: float, exponent: float) -> float:
+def law_energy(kind: int, eta: float, stiffness: float, exponent: float) -> float:
     """psi(eta) of a law of `Laws`, J per m of string."""
     if kind == LINEAR:
         return stiffness * eta * eta / 2
@@ -150,7 +150,7 @@ def law_force(
 
 
 @counted
-def taken(
+def lost_energy(
     kind: int, force: float, before: float, after: float, stiffness: float, exponent: float, loss: float
 ) -> float:
     """Energy that a law's loss takes in two steps, J per m of string: f r less the gain of its potential."""
@@ -209,7 +209,7 @@ def _newton(of: Forces, active: Ints, force: Floats, after: Floats) -> bool:
     for a in range(count):
         r[a] = free[active[a]] - before[active[a]]
     error = _residual(of, active, r, force, slope, residual)
-    for _ in range(MOST_NEWTON_STEPS):
+    for _ in range(MAX_NEWTON_STEPS):
         for a in range(count):
             change[a] = -residual[a]
             for b in range(count):
@@ -220,7 +220,7 @@ def _newton(of: Forces, active: Ints, force: Floats, after: Floats) -> bool:
             for a in range(count):
                 trial[a] = r[a] + part * change[a]
             tried = _residual(of, active, trial, force, slope, residual)
-            if tried < error or error <= ACCEPTED_RESIDUAL or part < LEAST_PART:
+            if tried < error or error <= ACCEPTED_RESIDUAL or part < MIN_PART:
                 break
             part /= 2
         if tried >= error:  # down to rounding, or stuck
@@ -282,7 +282,7 @@ def sat(x: float) -> float:
 
 @counted
 def solve_friction(
-    coupling: Floats, wanted: Floats, touching: Floats, most: float, delta: float, force: Floats
+    coupling: Floats, wanted: Floats, touching: Floats, maximum: float, delta: float, force: Floats
 ) -> bool:
     """Solves w + C A sat(w / delta) = w* for the friction at the points that touch. Returns False if it fails.
 
@@ -305,11 +305,11 @@ def solve_friction(
         state[a] = sat(wanted[active[a]] / delta)
         if abs(state[a]) < 1:
             state[a] = 0.0
-    for _ in range(MOST_GUESSES):
+    for _ in range(MAX_GUESSES):
         for a in range(count):
             w[a] = wanted[active[a]]
             for b in range(count):
-                c = coupling[active[a], active[b]] * most
+                c = coupling[active[a], active[b]] * maximum
                 matrix[a, b] = (1.0 if a == b else 0.0) + (c / delta if state[b] == 0 else 0.0)
                 w[a] -= c * state[b]
         eliminate(matrix, w)
@@ -320,27 +320,27 @@ def solve_friction(
             state[a] = now
         if right:
             for a in range(count):
-                force[active[a]] = -most * sat(w[a] / delta)
+                force[active[a]] = -maximum * sat(w[a] / delta)
             return True
-    return _in_turn(coupling, wanted, active[:count], most, delta, force)
+    return _in_turn(coupling, wanted, active[:count], maximum, delta, force)
 
 
 @counted
 def _in_turn(
-    coupling: Floats, wanted: Floats, active: NDArray[np.int64], most: float, delta: float, force: Floats
+    coupling: Floats, wanted: Floats, active: NDArray[np.int64], maximum: float, delta: float, force: Floats
 ) -> bool:
     """Solves point by point, over and over, until `force` settles: slow, but sure to descend."""
-    for _ in range(MOST_SWEEPS):
+    for _ in range(MAX_SWEEPS):
         change = 0.0
         for m in active:
             alone = wanted[m]
             for k in active:
                 if k != m:
                     alone += coupling[m, k] * force[k]
-            c = coupling[m, m] * most
-            new = -most * sat(alone / (delta + c))
+            c = coupling[m, m] * maximum
+            new = -maximum * sat(alone / (delta + c))
             change = max(change, abs(new - force[m]))
             force[m] = new
-        if change <= 1e-14 * most:
+        if change <= 1e-14 * maximum:
             return True
     return False

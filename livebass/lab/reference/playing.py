@@ -61,8 +61,8 @@ class Balance:
     @property
     def error(self) -> float:
         """Deviation of `closing_j` from its first value, relative to the greatest energy stored or taken."""
-        closing, most = self.closing_j, self.stored_j + self.lost_j
-        return float(np.abs(closing - closing[0]).max() / (most.max() or 1.0))
+        closing, maximum = self.closing_j, self.stored_j + self.lost_j
+        return float(np.abs(closing - closing[0]).max() / (maximum.max() or 1.0))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -241,21 +241,21 @@ class _Player:
     def drive(self, first: int, last: int) -> Floats:
         """Returns the hands' motion in steps `first` to `last` - 1, for u and for v: see `stepping.run`."""
         instants = np.arange(first, last, dtype=np.float64) * self.plan.dt
-        told = np.zeros((2, last - first, len(self.hands)))
+        inputs = np.zeros((2, last - first, len(self.hands)))
         for h, hand in enumerate(self.hands):
             if not self.on[h] <= first:
                 continue
             since = instants - self.on[h] * self.plan.dt
             if isinstance(hand, Finger):
-                told[0, :, h] = hand.resistances(instants)
+                inputs[0, :, h] = hand.resistances(instants)
             elif isinstance(hand, Stop):
                 u, speed, v, v_speed = self.begun[h]
-                told[0, :, h] = hand.path(since + self.plan.dt, u, speed)
+                inputs[0, :, h] = hand.path(since + self.plan.dt, u, speed)
                 if hand.across is not None:
-                    told[1, :, h] = hand.across(since + self.plan.dt, v, v_speed)
+                    inputs[1, :, h] = hand.across(since + self.plan.dt, v, v_speed)
             elif hand.force is not None:
-                told[0, :, h] = hand.force(since)
-        return told
+                inputs[0, :, h] = hand.force(since)
+        return inputs
 
 
 def _pace(of: Modes, dt: float) -> Pace:

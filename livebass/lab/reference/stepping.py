@@ -34,10 +34,19 @@ from typing import NamedTuple
 import numpy as np
 
 from livebass.compiling.by_numba import compiled, counted
-from livebass.lab.reference.laws import ABSENT, LINEAR, Laws, eliminate, solve_forces, solve_friction, stored, taken
+from livebass.lab.reference.laws import (
+    ABSENT,
+    LINEAR,
+    Laws,
+    eliminate,
+    law_energy,
+    lost_energy,
+    solve_forces,
+    solve_friction,
+)
 from livebass.lab.reference.plan import Modes, Plan, State
 from livebass.rows.arrays import Floats, Ints
-from livebass.rows.parts import EXCHANGES_AT_ONCE, MOST_OWED
+from livebass.rows.parts import EXCHANGES_AT_ONCE, MAX_OWED
 
 FLUSH_EVERY = 64  # steps
 FLUSH_BELOW = 1e-200  # of both q and d: far below the rounding of any sum over modes
@@ -146,7 +155,7 @@ def _push(plan: Plan, q: Floats, d: Floats, force: Floats) -> None:
 
 
 @counted
-def _damped(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) -> float:
+def _damping_loss(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) -> float:
     """J that one polarisation loses per step to damping and static compliance; change: f^n - f^{n-2}, N/m."""
     total = 0.0
     for j in range(d.size):
@@ -233,7 +242,7 @@ def _step_across(string: Held, drive: Floats, d_before: Floats, counts: bool) ->
         force[held[a]] = -(gain[a] * moved + offset[a])
     _push(plan, q, d, force)
     if counts:
-        grips.lost[0] += _damped(plan, plan.v, d, d_before, force - earlier)
+        grips.lost[0] += _damping_loss(plan, plan.v, d, d_before, force - earlier)
     for m in range(points):
         new = free[m] + dot(plan.coupling[m], force)
         moved = new - state.v_before[m]
@@ -244,7 +253,7 @@ def _step_across(string: Held, drive: Floats, d_before: Floats, counts: bool) ->
             before, after = grips.sign[h] * grips.across_before[h], grips.sign[h] * drive[h]
             grips.put_in[h] += plan.dx * force[m] * (after - before) / 2
             law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
-            grips.taken[h] += plan.dx * taken(LINEAR, force[m], state.v_before[m] - before, new - after, *law) / 2
+            grips.taken[h] += plan.dx * lost_energy(LINEAR, force[m], state.v_before[m] - before, new - after, *law) / 2
         state.v_before[m] = state.v[m]
         state.v[m] = new
     for h in range(hands):
@@ -280,16 +289,16 @@ def stored_energy(string: Held, energy: Floats) -> float:
     total = energy[0]
     for m in range(plan.height.size):
         h = m - contacts
-        held = stored(laws.kind[m], state.eta[m], laws.stiffness[m], laws.exponent[m])
-        held += stored(laws.kind[m], state.eta_before[m], laws.stiffness[m], laws.exponent[m])
+        held = law_energy(laws.kind[m], state.eta[m], laws.stiffness[m], laws.exponent[m])
+        held += law_energy(laws.kind[m], state.eta_before[m], laws.stiffness[m], laws.exponent[m])
         if h < 0:
             energy[1] += plan.dx * held / 2
             total += plan.dx * held / 2
             continue
         stretch = state.v[m] - grips.sign[h] * grips.across[h]
         stretch_before = state.v_before[m] - grips.sign[h] * grips.across_before[h]
-        held += stored(across.kind[m], stretch, across.stiffness[m], 1.0)
-        held += stored(across.kind[m], stretch_before, across.stiffness[m], 1.0)
+        held += law_energy(across.kind[m], stretch, across.stiffness[m], 1.0)
+        held += law_energy(across.kind[m], stretch_before, across.stiffness[m], 1.0)
         speed = grips.move[h] / plan.dt
         energy[2 + h] = plan.dx * held / 2 + grips.mass[h] * speed * speed / 2
         total += energy[2 + h]
@@ -328,7 +337,7 @@ def _exchange(string: Held, frame: int) -> bool:
     """Exchanges energy between u and v at the end of a frame, if it is time; returns whether it did: solver.py."""
     plan, state, turn = string.plan, string.state, string.plan.turn
     if frame % turn.every == 0:
-        state.owed[0] = min(state.owed[0] + 1, MOST_OWED)
+        state.owed[0] = min(state.owed[0] + 1, MAX_OWED)
     if state.owed[0] == 0 or _presses(string):
         return False
     n, dt = turn.flow.shape[0], plan.dt
@@ -399,7 +408,9 @@ def _move_hands(string: Held, given: Floats, y: Floats, move: Floats, eta_next: 
             move[h] = y[h] - grips.y[h]
         grips.put_in[h] += hand * (move[h] + grips.move[h]) / 2
         law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
-        grips.taken[h] += plan.dx * taken(laws.kind[m], state.force[m], state.eta_before[m], eta_next[m], *law) / 2
+        grips.taken[h] += (
+            plan.dx * lost_energy(laws.kind[m], state.force[m], state.eta_before[m], eta_next[m], *law) / 2
+        )
         grips.y[h], grips.move[h] = y[h], move[h]
 
 
@@ -427,8 +438,8 @@ def _sample(pace: Pace, q: Floats, d: Floats, d_before: Floats, velocity: Floats
 def _listen(string: Held, ears: Ears, i: int, before: tuple[Floats, Floats, Floats, Floats], sheets: Sheets) -> None:
     """Fills in sample `i`, between n and n + 1, of a string at n + 1; before: q^n and d^n of u, then of v."""
     plan, state = string.plan, string.state
-    asked = np.searchsorted(ears.states, i)
-    wanted = asked < ears.states.size and ears.states[asked] == i
+    requested = np.searchsorted(ears.states, i)
+    wanted = requested < ears.states.size and ears.states[requested] == i
     velocity = np.empty(state.q.size)
     for side in range(2 if plan.across.size > 0 else 1):
         of, place, pace = (plan.u, ears.place, ears.u) if side == 0 else (plan.v, ears.place_across, ears.v)
@@ -445,8 +456,8 @@ def _listen(string: Held, ears: Ears, i: int, before: tuple[Floats, Floats, Floa
             for k in range(sheets.velocity.shape[0]):
                 sheets.velocity[k, side, i] = dot(place[k], velocity)
         if wanted:
-            sheets.states[asked, side, 0] = q - d
-            sheets.states[asked, side, 1] = velocity
+            sheets.states[requested, side, 0] = q - d
+            sheets.states[requested, side, 1] = velocity
 
 
 @counted
@@ -515,12 +526,12 @@ def run(string: Held, drive: Floats, first: int, last: int, ears: Ears, sheets: 
                 return -(n + 1)
             _push(plan, q, d, force)
         if counts:
-            grips.lost[0] += _damped(plan, plan.u, d, d_before, force - earlier)
+            grips.lost[0] += _damping_loss(plan, plan.u, d, d_before, force - earlier)
         _move_hands(string, given, y, move, solved)
         for m in range(points):
             if m < contacts and counts:
                 law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
-                grips.lost[2] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
+                grips.lost[2] += plan.dx * lost_energy(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
             if m < contacts and solved[m] > 0 and eta[m] <= 0:
                 sheets.onset[found, 0] = n + 1
                 sheets.onset[found, 1] = m

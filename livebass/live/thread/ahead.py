@@ -17,7 +17,7 @@ from livebass.kernels.machine.native import call_3, floats_at, record_address, s
 from livebass.kernels.string import answers
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
-from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MOST_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MAX_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
 from livebass.live.thread.records import (
     SAVE_EVERY,
     ahead_of,
@@ -138,7 +138,7 @@ def move_u(move_row, move_single, at, slot, op):
     at = move_row(at, u.eta, points)
     at = move_row(at, u.eta_before, points)
     at = move_row(at, u.solved_at, points)
-    if points > MOST_NEAR:
+    if points > MAX_NEAR:
         at = move_row(at, u.group_due, GROUP_ROOM)
         at = move_row(at, u.group_known_at, GROUP_ROOM)
         at = move_row(at, u.group_clearance, GROUP_ROOM)
@@ -207,11 +207,11 @@ def drop_ahead(b, i, frame):
 def rearmost(b, horizon):
     """Returns the string least far ahead, before frame `horizon` and not being tuned; -1: none."""
     best: Any = np.int64(-1)
-    least = horizon
+    minimum = horizon
     for i in range(b.strings):
         string = string_of(b, i)
         v, slots = string.voice, string.slots
         settled = v.tuned == v.bend and v.slide_to < 0
-        if v.frame < least and settled and (slots[0].on or slots[1].on):
-            best, least = i, v.frame
+        if v.frame < minimum and settled and (slots[0].on or slots[1].on):
+            best, minimum = i, v.frame
     return best

@@ -19,7 +19,7 @@ from livebass.kernels.machine.native import (
     set_float_control,
     store_release,
 )
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.thread import ahead
 from livebass.live.thread.carry import CARRIED, carry_bass, is_same_bass
 from livebass.live.thread.events import apply_parameters, collect_events, extend_gains, extend_knobs, take_controllers
@@ -67,13 +67,13 @@ def render_chunk(synth, out, n):
         if synth.fade_left == 0 or over:
             let_go_of_old_bass(synth)
     extend_gains(synth, n)
-    most = synth.peak
+    maximum = synth.peak
     for j in range(n):
         level = abs(np.float64(out[j]))
-        most = max(most, level)
+        maximum = max(maximum, level)
         synth.clipped += level > 1.0
         out[j] = np.float32(min(max(np.float64(out[j]), -synth.ceiling), synth.ceiling))
-    synth.peak = most
+    synth.peak = maximum
     synth.frame += n
 
 
@@ -137,7 +137,7 @@ def process(address, sound, n):
     store_release(address + BLOCK_TIME, began)
     worked = nanoseconds(synth.clock, synth.work_clock_id)
     switch_bass(synth)
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         if synth.apart[i] != 0:
             own = samples_at(synth.apart[i], n)
             for j in range(n):

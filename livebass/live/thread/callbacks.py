@@ -16,16 +16,16 @@ from livebass.kernels.machine.native import (
     samples_at,
     status_from,
 )
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.thread.arrival import frame_now
 from livebass.live.thread.desk import add_clicks, desk_at, note_controller, play_score
 from livebass.live.thread.records import CHUNK, field_offset, synth_at
 from livebass.live.thread.ring import NOW, push_midi
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
-MOST_CHANNELS = 2
+MAX_CHANNELS = 2
 MIDI_PORTS = 2  # of a client that only hears MIDI
-MOST_FRAMES, SAMPLE = 8192, 4  # frames that a sheet holds: JACK's longest period; bytes of a sample
+MAX_FRAMES, SAMPLE = 8192, 4  # frames that a sheet holds: JACK's longest period; bytes of a sample
 
 HEAD = [("synth", "i8"), ("desk", "i8")]  # addresses of a SYNTH and a DESK; desk 0: none
 PORT_CALLS = [("get_buffer", "i8"), ("event_count", "i8"), ("event_get", "i8")]  # addresses of C functions of JACK
@@ -44,11 +44,11 @@ JACK = np.dtype(
         *HEAD,
         *PORT_CALLS,
         ("outputs", "i8"),
-        ("output", "i8", (MOST_CHANNELS,)),  # ports
+        ("output", "i8", (MAX_CHANNELS,)),  # ports
         ("strings", "i8"),
-        ("string", "i8", (MOST_STRINGS,)),  # ports of single strings
+        ("string", "i8", (MAX_STRINGS,)),  # ports of single strings
         ("click", "i8"),  # port of the metronome, 0: it plays in the outputs
-        ("sheets", "i8"),  # address of float32 (2 + MOST_STRINGS, MOST_FRAMES), zeros: what goes to the ports
+        ("sheets", "i8"),  # address of float32 (2 + MAX_STRINGS, MAX_FRAMES), zeros: what goes to the ports
         ("midi", "i8"),
         ("event", "i8", (3,)),  # room for a jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
     ],
@@ -162,8 +162,8 @@ def read_midi(data, event, port, n, frame, step):
 
 @jit
 def sheet(data, k):
-    """Address of the sound (0), of the metronome (1) or of string `k` - 2, float32 (MOST_FRAMES,)."""
-    return data.sheets + SAMPLE * MOST_FRAMES * k
+    """Address of the sound (0), of the metronome (1) or of string `k` - 2, float32 (MAX_FRAMES,)."""
+    return data.sheets + SAMPLE * MAX_FRAMES * k
 
 
 @jit
@@ -182,7 +182,7 @@ def put(data, port, k, done, m, n):
 
 @jit
 def play_period(data, done, m, n):
-    """Plays `m` <= MOST_FRAMES of the period's `n` frames, from frame `done` on."""
+    """Plays `m` <= MAX_FRAMES of the period's `n` frames, from frame `done` on."""
     synth = synth_at(data.synth)
     for k in range(data.strings):
         synth.apart[k] = sheet(data, 2 + k)
@@ -211,7 +211,7 @@ def jack(frames, arg):
         read_midi(data, record_address(data) + EVENT_OFFSET, data.midi, n, synth_at(data.synth).frame, 1.0)
     done: Any = 0
     while done < n:
-        m = min(MOST_FRAMES, n - done)
+        m = min(MAX_FRAMES, n - done)
         play_period(data, done, m, n)
         done += m
     return np.int32(0)

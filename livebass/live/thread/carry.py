@@ -24,7 +24,7 @@ from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import EXCHANGE_ROWS, OMEGA, SIGMA, coefficient, coefficient_at, heights
 from livebass.kernels.string.records import (
     GROUP_ROOM,
-    MOST_NEAR,
+    MAX_NEAR,
     SLOT_STATE,
     VOICE_SLOTS,
     VOICE_STATE,
@@ -98,7 +98,7 @@ def carry_string(string, ops, old, old_ops):
     first = WORD * VOICE_STATE
     copy_words(record_address(was) + first, record_address(voice) + first, VOICE_WORDS - VOICE_STATE)
     voice.step = voice.frame * voice.numerator
-    voice.told_count = voice.told_room + 1 if voice.told_room > 0 else 0  # its past cannot be told from here
+    voice.report_count = voice.report_room + 1 if voice.report_room > 0 else 0  # its past cannot be told from here
     tone.set_tone(voice, voice.tone)
     tone.set_blend(voice, voice.blend)
     for k in range(VOICE_SLOTS):
@@ -181,7 +181,7 @@ def copy_contact(slot, old, op):
     modal.copy_row(slot.v.moved, old.v.moved, op.points)
     modal.copy_row(slot.v.moved_before, old.v.moved_before, op.points)
     modal.copy_row(slot.v.solved_at, old.v.solved_at, op.points)
-    if op.points > MOST_NEAR:
+    if op.points > MAX_NEAR:
         modal.copy_row(slot.u.group_due, old.u.group_due, GROUP_ROOM)
         modal.copy_row(slot.u.group_known_at, old.u.group_known_at, GROUP_ROOM)
         modal.copy_row(slot.u.group_clearance, old.u.group_clearance, GROUP_ROOM)

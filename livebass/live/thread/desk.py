@@ -33,7 +33,7 @@ from livebass.kernels.player.controls import (
     rpn_with,
 )
 from livebass.kernels.player.parameters import value_at
-from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MOST_STRINGS, NO_RPN
+from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MAX_STRINGS, NO_RPN
 from livebass.kernels.player.words import KIND_BIT, STRING, STRING_REST, field, kind_of, plays_strings, unpack
 from livebass.live.thread.records import field_offset, performer_of, synth_at
 from livebass.live.thread.ring import WORD, push_learned, push_midi, push_whole
@@ -44,7 +44,7 @@ SETTINGS = (*RESERVED, 126, 127)  # controllers that change what channels mean, 
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s that JACK's transport may advance while this client misses periods; their notes are then played late
-MOST_TURNS = 8  # of a loop in one block
+MAX_TURNS = 8  # of a loop in one block
 ELSEWHERE = -1
 BEAT = 0xF8  # status of a score's message that is no MIDI: a beat, whose first byte is 1 if a bar begins
 BY_SCORE = 1e15  # period of a metronome that clicks at these
@@ -84,7 +84,7 @@ DESK = np.dtype(
         ("program", "i8"),  # the synth's latest program
         ("settings", "i8"),  # address: int64 (setting_count,), the messages whose order matters: see `is_chased`
         ("setting_count", "i8"),
-        ("told", "i8"),  # number of settings that the synth has received
+        ("received", "i8"),  # number of settings that the synth has received
         # JACK's transport
         ("client", "i8"),  # address, 0: not followed
         ("transport_query", "i8"),  # address of the C function
@@ -162,7 +162,7 @@ def send_message(synth, frame, status, first, second):
 @jit
 def release_score(desk, synth, frame):
     """Ends the score's held notes, pedals and bends, and its strokes. The player's stay."""
-    for i in range(MOST_STRINGS):
+    for i in range(MAX_STRINGS):
         if (desk.moved_strings >> i) & 1:
             push_whole(
                 synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame,
@@ -214,13 +214,13 @@ def send_settings(desk, synth, low, frame):
     wanted: Any = np.int64(0)
     while wanted < desk.setting_count and settings[wanted] < low:
         wanted += 1
-    if wanted < desk.told:
+    if wanted < desk.received:
         send_message(synth, frame, np.int64(0xB0), np.int64(127), np.int64(0))
         reset_settings(desk, synth, frame)
-        desk.told = 0
-    for k in range(max(desk.told, wanted - CHASED), wanted):
+        desk.received = 0
+    for k in range(max(desk.received, wanted - CHASED), wanted):
         push_whole(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, words[settings[k]])
-    desk.told = wanted
+    desk.received = wanted
 
 
 @jit
@@ -229,27 +229,27 @@ def reset_settings(desk, synth, frame):
     words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
     for channel in range(CHANNELS):
         rpn: Any = np.int64(NO_RPN)
-        told: Any = np.int64(0)  # RPNs, a bit each
-        for k in range(max(desk.told - CHASED, np.int64(0)), desk.told):
+        received: Any = np.int64(0)  # RPNs, a bit each
+        for k in range(max(desk.received - CHASED, np.int64(0)), desk.received):
             status, number, value = unpack(words[settings[k]])
             if status != 0xB0 | channel:
                 continue
             if number in (DATA, DATA_FINE):
-                told |= 1 << rpn if rpn <= COARSE_RPN else 0
+                received |= 1 << rpn if rpn <= COARSE_RPN else 0
             else:
                 rpn = rpn_with(rpn, number, value)
-        if (told >> BEND_RANGE_RPN) & 1:
-            semitones = usual_range(synth)
+        if (received >> BEND_RANGE_RPN) & 1:
+            semitones = default_range(synth)
             fine = np.int64(np.rint(100.0 * (semitones - np.floor(semitones))))
             send_rpn(synth, frame, np.int64(channel), np.int64(BEND_RANGE_RPN), np.int64(semitones), fine)
-        if (told >> FINE_RPN) & 1:
+        if (received >> FINE_RPN) & 1:
             send_rpn(synth, frame, np.int64(channel), np.int64(FINE_RPN), np.int64(IN_TUNE >> 7), np.int64(0))
-        if (told >> COARSE_RPN) & 1:
+        if (received >> COARSE_RPN) & 1:
             send_rpn(synth, frame, np.int64(channel), np.int64(COARSE_RPN), np.int64(COARSE_MIDDLE), np.int64(0))
 
 
 @jit
-def usual_range(synth):
+def default_range(synth):
     """The wheel range, semitones, unless a controller has set another."""
     return performer_of(bass_at(synth.bass)).ranged if synth.bass != 0 else 2.0
 
@@ -337,9 +337,9 @@ def play_score(desk, synth, n):
         return
     step = desk.speed * desk.rate / synth.rate
     rolling = desk.rolling != 0
-    asked = load_acquire(record_address(desk) + SEEK_COUNT)
-    if asked != desk.seek_seen:
-        desk.seek_seen = asked
+    requested = load_acquire(record_address(desk) + SEEK_COUNT)
+    if requested != desk.seek_seen:
+        desk.seek_seen = requested
         go_to(desk, synth, np.float64(desk.seek), synth.frame)
     if desk.client != 0:
         rolling = follow_transport(desk, synth, step)
@@ -354,7 +354,7 @@ def play_score(desk, synth, n):
     desk.running = 1
     desk.step = step
     desk.due = synth.frame + n
-    for _ in range(MOST_TURNS):
+    for _ in range(MAX_TURNS):
         turn = desk.anchor_frame + np.int64(np.ceil((desk.loop_to - desk.anchor) / step))
         if desk.loop_to <= desk.loop_from or desk.position > desk.loop_to or turn >= desk.due:
             break
@@ -400,8 +400,8 @@ def play_until(desk, synth, until, end):
             desk.moved_strings |= 1 << field(words[k], STRING)
         else:
             note_message(desk, status, first, second)
-        if desk.told < desk.setting_count and words_at(desk.settings, desk.setting_count)[desk.told] == k:
-            desk.told += 1
+        if desk.received < desk.setting_count and words_at(desk.settings, desk.setting_count)[desk.received] == k:
+            desk.received += 1
         desk.next = k + 1
 
 

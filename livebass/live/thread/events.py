@@ -10,7 +10,7 @@ from livebass.kernels.machine.elementary import power
 from livebass.kernels.machine.native import load_acquire, record_address, store_release
 from livebass.kernels.pickup import tone
 from livebass.kernels.player import controls, expression, messages, parameters
-from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MOST_EVENTS
+from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MAX_EVENTS
 from livebass.kernels.player.words import (
     CHANNEL_BIT,
     MIDI,
@@ -22,9 +22,9 @@ from livebass.kernels.player.words import (
     unpack,
 )
 from livebass.kernels.score.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
-from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
+from livebass.live.thread.records import MAX_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
-from livebass.rows.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
+from livebass.rows.techniques import EFFECT, GAIN_DB, LEARNED, MINIMUM, PARAMETER, PARAMETERS, TECHNIQUE
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 
@@ -129,7 +129,7 @@ def play_event(synth, b, frame, word, value):
 @jit
 def set_gain(synth, value):
     """Sets the gain's target to `value` dB; the minimum is silence."""
-    synth.gain_target = power(10.0, value / 20.0) if value > LEAST[GAIN_DB] else 0.0
+    synth.gain_target = power(10.0, value / 20.0) if value > MINIMUM[GAIN_DB] else 0.0
 
 
 @jit
@@ -159,8 +159,8 @@ def collect_events(synth, b, n):
                 play_message(synth, b, synth.frame, control, number, np.int64(0))
                 ring_on(synth, b, out.count, synth.frame, pack(control, number, np.int64(0)), 0.0)
     last = synth.frame
-    for _ in range(MOST_MESSAGES):  # a flood of messages must wait, the sound must not
-        if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
+    for _ in range(MAX_MESSAGES):  # a flood of messages must wait, the sound must not
+        if max(out.count, old_out.count) + MAX_EVENTS > EVENT_ROOM:
             break
         best = end
         ring = -1

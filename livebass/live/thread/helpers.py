@@ -26,11 +26,11 @@ from livebass.kernels.machine.native import (
     store_release,
     wait_by,
 )
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import DONE, HELPED, HELPERS, JOB, STOP, synth_at
 
-TAKEN = (1 << MOST_STRINGS) - 1  # a job's string bits; its number is above them
+TAKEN = (1 << MAX_STRINGS) - 1  # a job's string bits; its number is above them
 LOOKS = 200  # in a row, before a rest ...
 SOON, LATER = 30, 500  # ... of this many us, in the first AWAKE rests after a job, and later
 AWAKE = 10_000
@@ -77,8 +77,8 @@ def play_strings(synth, b, strings, end):
     synth.team.bass = record_address(b)
     synth.team.end = end
     store_release(here + DONE, 0)
-    number = (load_acquire(here + JOB) >> MOST_STRINGS) + 1
-    store_release(here + JOB, number << MOST_STRINGS | strings)
+    number = (load_acquire(here + JOB) >> MAX_STRINGS) + 1
+    store_release(here + JOB, number << MAX_STRINGS | strings)
     if pool != 0:
         call_2(pool, synth.team.owner, wanted)
     own = np.int64(0)

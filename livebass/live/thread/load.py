@@ -16,7 +16,7 @@ from livebass.live.thread import ahead
 from livebass.live.thread.mix import end_old_bass
 from livebass.live.thread.records import HISTOGRAM, HORIZON, operators_of, performer_of, string_of
 
-MOST_SHARE = 0.6  # of a block's time to run ahead, at most
+MAX_SHARE = 0.6  # of a block's time to run ahead, at most
 FORGOTTEN = 5e-3  # decrease of the shares per second
 HIGH, LOW = 0.75, 0.35  # load above which a string becomes coarse, below which the synth calms down
 CALM = 0.5  # s of low load before a string gets its fine operators back
@@ -49,7 +49,7 @@ def run_ahead(synth, began, n, load):
     b.share_now = max(b.share_now - forgotten, b.share)
     b.share_once = max(b.share_once - forgotten, b.share)
     if load > b.share_now and performer_of(b).out.count == 0 and touches(b):
-        took = min(load, MOST_SHARE)
+        took = min(load, MAX_SHARE)
         b.share_now = max(b.share_now, min(took, b.share_once))
         b.share_once = max(b.share_once, took)
     until = began + np.int64(b.share_now * 1e9 * n / synth.rate)

@@ -12,9 +12,9 @@ from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import exp, log2
 from livebass.kernels.machine.native import record_at, records_at
-from livebass.kernels.player.performer import ANY, MOST_STRINGS
+from livebass.kernels.player.performer import ANY, MAX_STRINGS
 from livebass.kernels.string.operators import place_of
-from livebass.kernels.string.records import CONTACT, MOST_NEAR
+from livebass.kernels.string.records import CONTACT, MAX_NEAR
 from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
 from livebass.live.thread.sight import SIGHT, see_string
 from livebass.rows.techniques import ACTIONS, TECHNIQUE
@@ -62,7 +62,7 @@ LOOK = np.dtype(
         ("hand", "i8"),  # fret of the first finger
         ("position", "f8"),  # of a pluck, part of the open string from the nut
         ("nearest", "f8"),  # ... and its place for the parameter at 1 ...
-        ("usual", "f8"),  # ... 0 ...
+        ("default_value", "f8"),  # ... 0 ...
         ("farthest", "f8"),  # ... and -1
         ("latest", "i8"),  # string plucked last; -1: none
         ("notes", "i8"),  # played so far
@@ -71,7 +71,7 @@ LOOK = np.dtype(
         ("pedal", "i8"),
         ("legato", "i8"),
         ("sliding", "i8"),
-        ("string", STRING_LOOK, (MOST_STRINGS,)),
+        ("string", STRING_LOOK, (MAX_STRINGS,)),
     ],
     align=True,
 )
@@ -139,7 +139,7 @@ def see_player(p, seen):
     seen.hand = hands.place
     seen.position = p.position
     seen.nearest = p.player.pluck_nearest
-    seen.usual = p.player.pluck_position
+    seen.default_value = p.player.pluck_position
     seen.farthest = p.player.pluck_farthest
     seen.latest = hands.latest
     seen.notes = p.notes
@@ -191,6 +191,6 @@ def see_contacts(voice, ops, lane):
 def light_of(contact, ops):
     """The place that a contact lights: the fret it hits, or on a board the fret that would be nearest."""
     place, length = place_of(contact, ops), ops[0].length
-    if ops[contact.fret].points <= MOST_NEAR:
+    if ops[contact.fret].points <= MAX_NEAR:
         return np.int64(place)
     return np.int64(np.rint(12.0 * log2(length / max(length - place, 1e-3))))

@@ -10,15 +10,15 @@ from livebass.compiling import inlined, jit
 from livebass.kernels.bass.records import ANSWER_ROWS, EVENT_ROOM, SOUND_RING, VOICE_WORDS, WORD, ahead_at
 from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
-from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
-from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
+from livebass.kernels.player.performer import CHANNELS, MAX_STRINGS, PERFORMER
+from livebass.kernels.string.records import EVENT, MAX_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.rows.techniques import PARAMETERS
 
 RINGS = 3  # of messages: from Python's threads, the score, and JACK's MIDI ports
-MOST_MESSAGES = 256  # per chunk, if their events fit; the others wait for the next
+MAX_MESSAGES = 256  # per chunk, if their events fit; the others wait for the next
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
-MOST_HELPERS = MOST_STRINGS - 1
+MAX_HELPERS = MAX_STRINGS - 1
 RINGING = -1  # instead of the frames left in a fade-out
 
 # Running ahead of the clock
@@ -86,7 +86,7 @@ SYNTH = np.dtype(
         ("fades", "f8", (CHUNK,)),  # levels of a bass that fades in or out, for these frames
         ("floor", "f8", (CHUNK,)),  # workspace: a bass's noise floor
         ("parameters", "f8", (PARAMETERS,)),  # as last set (player/parameters.py)
-        ("apart", "i8", (MOST_STRINGS,)),  # address of float32, a block's frames, for each string's sound; 0: none
+        ("apart", "i8", (MAX_STRINGS,)),  # address of float32, a block's frames, for each string's sound; 0: none
         ("ceiling", "f8"),  # samples beyond it are clipped: 1 if the sound goes to a device
         # meters
         ("blocks", "i8"),
@@ -195,8 +195,8 @@ def saved_slot(a, place, k):
 
 @inlined
 def saved_answers(a, place, which):
-    """A saved string's answers: their modes (0), displacements (1) or the other half (2), (MOST_ANSWERS,)."""
-    return floats_at(a.answers + WORD * MOST_ANSWERS * (ANSWER_ROWS * place + which), MOST_ANSWERS)
+    """A saved string's answers: their modes (0), displacements (1) or the other half (2), (MAX_ANSWERS,)."""
+    return floats_at(a.answers + WORD * MAX_ANSWERS * (ANSWER_ROWS * place + which), MAX_ANSWERS)
 
 
 @inlined

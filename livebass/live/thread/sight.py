@@ -2,7 +2,7 @@
 
 `see_bass` and `see_contact` only read. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1]
 sin(j pi x / length) + stop (1 - x / length), m, x from its stop to the saddle, over the rest line from there; v has the
-same form. Contacts and events come from kernels/string/told.py. [audio thread]
+same form. Contacts and events come from kernels/string/reports.py. [audio thread]
 """
 
 import numpy as np

@@ -14,7 +14,7 @@ from livebass.engine import render
 def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(render, "Engine", FakeEngine)
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     monkeypatch.setattr(FakeEngine, "peak", 0.1)
     monkeypatch.setattr(FakeEngine, "weakened", 0)
     return FakeEngine

@@ -109,7 +109,7 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
     bench = SimpleNamespace(bench_render=lambda _: {"engine": 0.2}, table=lambda result: f"table {result}")
     monkeypatch.setitem(sys.modules, "livebass.lab.bench.render", bench)
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
     status, _, err = run("bench", "render", "--json", tmp_path)
@@ -309,7 +309,7 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
     options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz", "--temperament", "Just")
     assert run(*note, tmp_path / "b.wav", "-p", "slap", *options)[0] == 0
     assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
-    usual = (
+    default = (
         *note,
         tmp_path / "c.wav",
         "-p",
@@ -321,7 +321,7 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
         "--a4",
         "440",
     )
-    status, _, err = run(*usual)
+    status, _, err = run(*default)
     assert_one_clear_line(status, err, (2,))
     assert "has E1 to" in err
 

@@ -103,7 +103,7 @@ def test_an_installed_plugin_begins_in_the_quality_that_is_carried(
         (("studio", "studio"), "best quality for this machine: studio;", "slap studio\nmuted studio\n"),
     ]:
         best = dict(zip(("slap", "muted"), found, strict=True))
-        monkeypatch.setattr("livebass.live.carried.best_qualities", lambda basses, rate, best=best: best)
+        monkeypatch.setattr("livebass.live.best_quality.best_qualities", lambda basses, rate, best=best: best)
         status, _, err = run("export", "clap", "--install", "-p", "slap", "muted")
         assert status == 0 and says in err.splitlines()[0], err
         assert listed.read_text() == lines
@@ -149,8 +149,10 @@ def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
 def test_help_names_every_system(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SYSTEMS, "beos-ppc", this_system())
     for kind in BUNDLES:
-        told = " ".join(cli_text(run, "export", kind, "--help").split()).replace("- ", "-")  # lines break at hyphens
-        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in told
+        reported = " ".join(cli_text(run, "export", kind, "--help").split()).replace(
+            "- ", "-"
+        )  # lines break at hyphens
+        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in reported
 
 
 def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> None:
@@ -292,7 +294,7 @@ def flip(data: bytes) -> bytes:
 def package(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The contents of an installed package: only this system's binary."""
     folder = tmp_path_factory.mktemp("built")
-    (folder / name_of(this_system())).write_bytes(store.sealed(binary(this_system())))
+    (folder / name_of(this_system())).write_bytes(store.seal(binary(this_system())))
     monkeypatch.setattr(store, "BUILT", folder)
     return folder
 
@@ -301,7 +303,7 @@ def test_a_binary_that_came_with_the_package_is_taken(
     run: Run, elsewhere: Path, package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(build, "_built_here", lambda *_: 1 / 0)
-    monkeypatch.setattr(build, "_kept", lambda *_: None)
+    monkeypatch.setattr(build, "_kept_file", lambda *_: None)
     assert run("export", "lv2", "-p", "slap")[0] == 0
     assert binary(this_system()) in contents(elsewhere).values()
 
@@ -331,8 +333,8 @@ def test_one_in_the_cache_that_is_damaged_is_built_again(
     made, system, cache = binary(this_system()), this_system(), tmp_path / "cache"
     (cache / f"plugin-{build.digest()}").mkdir(parents=True)
     kept = cache / f"plugin-{build.digest()}" / name_of(system)
-    kept.write_bytes(flip(store.sealed(made)))
-    monkeypatch.setattr(build, "_kept", lambda _: kept)
+    kept.write_bytes(flip(store.seal(made)))
+    monkeypatch.setattr(build, "_kept_file", lambda _: kept)
     monkeypatch.setattr(build, "_built_here", lambda system, folder: made)
     assert binary(system) == made == store.whole(kept)
     assert str(kept) in caplog.text and "damaged" in caplog.text
@@ -342,7 +344,7 @@ def test_without_a_compiler_it_says_what_to_install(run: Run, elsewhere: Path, m
     def not_built(system: System) -> None:
         return None
 
-    monkeypatch.setattr(build, "_kept", not_built)
+    monkeypatch.setattr(build, "_kept_file", not_built)
     monkeypatch.setattr(shutil, "which", lambda _: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     for system in SYSTEMS:

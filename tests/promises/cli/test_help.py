@@ -17,14 +17,14 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 from support.helps import commands
 from support.programs import load
-from support.quoted import PAGES, README, ROOT, context, every_command, found, quoted
+from support.quoted import PAGES, README, ROOT, command_of, context, every_command, quoted_commands
 
 from livebass.cli import help as handbook
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
-from livebass.lab.bench import measured
+from livebass.lab.bench import waveform_figures
 from livebass.lab.bench.fidelity import KINDS
-from livebass.lab.bench.live import MOST_WAVEFORM, PROMISED
+from livebass.lab.bench.live import MAX_WAVEFORM, PROMISED
 from livebass.model.keymap import COUNTING
 from livebass.rows.techniques import FUNCTION_ROWS, ON_STRING, TECHNIQUE_ROWS
 
@@ -126,10 +126,10 @@ def test_options_under_headings_are_still_completed() -> None:
 
 
 def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-    monkeypatch.setattr(click, "echo_via_pager", asked.append)
+    requested = []
+    monkeypatch.setattr(click, "echo_via_pager", requested.append)
     assert cli_text(run, "help", "live") == ""
-    assert asked == [handbook.page_text("live").removesuffix("\n")]
+    assert requested == [handbook.page_text("live").removesuffix("\n")]
 
 
 COMMANDS = [pytest.param(line, whole, id=f"{file.stem}: {line}") for file, line, whole in every_command()]
@@ -137,7 +137,7 @@ COMMANDS = [pytest.param(line, whole, id=f"{file.stem}: {line}") for file, line,
 
 @pytest.mark.parametrize(("line", "whole"), COMMANDS)
 def test_quoted_commands_exist_with_their_options(line: str, whole: bool) -> None:
-    command, arguments = found(line)
+    command, arguments = command_of(line)
     if command.name == "run":
         check_studies(arguments)
     if not arguments or "--help" in arguments:
@@ -151,10 +151,10 @@ def test_quoted_commands_exist_with_their_options(line: str, whole: bool) -> Non
 
 
 def check_studies(arguments: list[str]) -> None:
-    from livebass.lab.paper.figures.studies import chosen
+    from livebass.lab.paper.figures.studies import choose_studies
 
     names = arguments[: next((i for i, a in enumerate(arguments) if a.startswith("-")), None)]
-    assert chosen(names)
+    assert choose_studies(names)
 
 
 def check_values(context: click.Context) -> None:
@@ -169,9 +169,9 @@ def check_values(context: click.Context) -> None:
     if context.command.name == "help" and values["page"]:
         assert values["page"] in handbook.PAGES
     if context.command.name == "claims":
-        from livebass.lab.paper.claims.check import chosen
+        from livebass.lab.paper.claims.check import choose_claims
 
-        assert chosen(values["ids"])
+        assert choose_claims(values["ids"])
     if context.command.name == "sweep" and values["axes"]:
         from livebass.lab.experiment.grid import Settings, grid
         from livebass.model.quality import quality_with
@@ -234,7 +234,7 @@ def test_the_first_screen_of_the_readme_shows_a_picture_and_what_follows_plays()
     first, title, after = README.read_text().partition("\n## Play live\n")
     screen = "\n".join(first.splitlines()[:FIRST_SCREEN])
     assert title and screen.index("## I have a DAW") < screen.index("tools/demo") < screen.index("tools/test")
-    commands = [line for line, whole in quoted(after) if whole]
+    commands = [line for line, whole in quoted_commands(after) if whole]
     assert [next(c for c in commands if c.startswith(word)) for word in ("play", "page", "presets")]
     pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README.read_text())
     assert len(pictures) == 1 and pictures[0] in first
@@ -266,24 +266,24 @@ def test_tables_follow_the_rows() -> None:
 
 
 def test_readme_and_handbook_say_of_waveforms_what_was_measured() -> None:
-    """They quote no figures but those in measured.py, and the handbook's claims about them are true."""
-    assert set(measured.WAVEFORMS) == set(measured.CALLED) == set(KINDS)
+    """They quote no figures but those in waveform_figures.py, and the handbook's claims about them are true."""
+    assert set(waveform_figures.WAVEFORMS) == set(waveform_figures.CALLED) == set(KINDS)
     said = re.findall(r"waveform of `reference` to (-\d+) dB \(boards (-\d+), pops (-\d+);", README.read_text())
-    medians = [measured.WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops")]
+    medians = [waveform_figures.WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops")]
     assert [list(map(int, each)) for each in said] == [medians]
     cost = " ".join(handbook.page_text("cost").split())
-    assert f"{MOST_WAVEFORM[0]:g} dB in the median and {MOST_WAVEFORM[1]:g} dB for the worst pluck" in cost
-    medians = [each[0] for kind in PROMISED for each in measured.WAVEFORMS[kind].values()]
-    assert max(medians) <= MOST_WAVEFORM[0] and "All medians over frets with loss keep to this" in cost
-    worst = [each[1] for each in measured.WAVEFORMS["frets with loss"].values()]
-    assert min(worst) > MOST_WAVEFORM[1] and "The worst plucks do not" in cost
+    assert f"{MAX_WAVEFORM[0]:g} dB in the median and {MAX_WAVEFORM[1]:g} dB for the worst pluck" in cost
+    medians = [each[0] for kind in PROMISED for each in waveform_figures.WAVEFORMS[kind].values()]
+    assert max(medians) <= MAX_WAVEFORM[0] and "All medians over frets with loss keep to this" in cost
+    worst = [each[1] for each in waveform_figures.WAVEFORMS["frets with loss"].values()]
+    assert min(worst) > MAX_WAVEFORM[1] and "The worst plucks do not" in cost
 
 
 def test_controllers_explains_every_technique_and_controller(run: Run) -> None:
     lines = cli_text(run, "play", "--controllers").splitlines()
     assert max(map(len, lines)) <= 120
     for row in TECHNIQUE_ROWS.values():
-        found = [line for line in lines if f"{row.asked}: {row.help}" in line]
+        found = [line for line in lines if f"{row.trigger}: {row.help}" in line]
         assert len(found) == (len(row.modo) if row.number == ON_STRING else 1)
         assert set(re.findall(r"\d+", " ".join(found))) >= {*map(str, row.modo + row.modo_12[:1])}
     assert any(line.split()[:4] == ["C#0", "(13)", "C#1", "(25)"] for line in lines)

@@ -20,7 +20,7 @@ import soundfile
 from support.command import BASS, GOOD, NOTE, Run, assert_one_clear_line, cli_text, song
 from support.engine import FakeEngine
 
-from livebass.cli.remembered import Remembered
+from livebass.cli.play_settings import PlaySettings
 from livebass.files.whole import Transaction
 from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import preset_source
@@ -208,7 +208,7 @@ def test_text_that_is_written_has_escapes(tmp_path: Path) -> None:
 
 def test_settings_do_not_take_a_name_that_they_could_not_give_back() -> None:
     with pytest.raises(ValueError, match="is not UTF-8"):
-        Remembered(preset=f"/{NAME}.toml").text()
+        PlaySettings(preset=f"/{NAME}.toml").text()
 
 
 ENVIRONMENTS = [

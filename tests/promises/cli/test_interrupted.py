@@ -52,8 +52,8 @@ def _interrupted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, tmp_path_facto
     for variable in ("XDG_DATA_HOME", "HOME"):
         monkeypatch.setenv(variable, str(tmp_path_factory.mktemp("home")))
     Path("song.mid").write_bytes(GOOD)
-    monkeypatch.setattr("livebass.compiling.library.cached", interrupt)
-    monkeypatch.setattr("livebass.plugin.build.built", lambda _: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", interrupt)
+    monkeypatch.setattr("livebass.plugin.build.is_built", lambda _: True)
 
 
 @pytest.mark.parametrize("line", NOTHING, ids=" ".join)
@@ -74,7 +74,7 @@ def test_sigterm_says_nothing(run: Run, monkeypatch: pytest.MonkeyPatch) -> None
     def terminate() -> NoReturn:
         raise SystemExit(128 + signal.SIGTERM)
 
-    monkeypatch.setattr("livebass.compiling.library.cached", terminate)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", terminate)
     with pytest.raises(SystemExit, match="143"):
         run("render", "--note", "E1")
 

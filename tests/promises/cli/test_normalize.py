@@ -34,7 +34,7 @@ def test_the_sound_gets_the_loudness_and_its_strings_the_same_gain(run: Run, tmp
     assert np.allclose(after, before * 10 ** (gain / 20), rtol=1e-5, atol=1e-9)
     assert f", -30.0 LUFS by {gain:+.1f} dB\n" in err
     strings = [soundfile.read(tmp_path / f"there.{name}.wav", dtype="float32")[0] for name in "EADG"]
-    assert np.array_equal(render.mixed(np.array(strings)), after)
+    assert np.array_equal(render.mix_strings(np.array(strings)), after)
     assert sorted(file.name for file in tmp_path.iterdir()) == [
         "plain.wav", "there.A.wav", "there.D.wav", "there.E.wav", "there.G.wav", "there.wav"
     ]  # fmt: skip
@@ -104,7 +104,7 @@ def test_a_long_sound_is_not_held_in_memory(tmp_path: Path) -> None:
     frames = 0
     tracemalloc.start()
     try:
-        with render._normalized(blocks(), LoudnessMeter(rate), -20.0, tmp_path / "a.wav") as (again, gain):  # type: ignore[arg-type]
+        with render._normalize(blocks(), LoudnessMeter(rate), -20.0, tmp_path / "a.wav") as (again, gain):  # type: ignore[arg-type]
             for one, _ in again:
                 frames += one.shape[1]
         peak = tracemalloc.get_traced_memory()[1]

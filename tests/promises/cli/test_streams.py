@@ -200,7 +200,7 @@ def test_compiling_is_announced(
 ) -> None:
     status, _, err = run(*arguments)
     assert status == 0 and "compiling" not in err
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: False)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: False)
     status, _, err = run(*arguments)
     assert status == 0 and err.startswith(f"compiling the kernels, once, in about {library.duration()} ...\n"), err
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from support.command import GOOD, Run, assert_one_clear_line, cli_text
-from support.tabs import as_gp, as_gp5, beats, locked, note, tab, zipped
+from support.tabs import as_gp, as_gp5, beats, lock_archive, note, tab, zip_files
 
 from livebass.kernels.player.words import STROKE
 from livebass.live.desk import FILE
@@ -126,7 +126,7 @@ def test_play_reads_a_tablature_on_the_bass_that_it_tunes(
         raise ValueError("stopped")
 
     monkeypatch.setattr("livebass.live.session.Session", begin)
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     song = write(as_gp5(tab(beats(note(0, 3), note(1, 5)), tuning=(24, 31, 36, 41), capo=2)))
     clicks = ["--metronome", "file", "--count-in"]
     run("play", "--file", song, "--no-settings", *clicks, *(["-p", preset] if preset == "flatwound" else []))
@@ -177,9 +177,9 @@ REFUSED: dict[str, tuple[Callable[[], bytes], list[str], str]] = {
     "guitar": (lambda: as_gp5(band()), ["--track", "1"], "cannot be played on six-string"),
     "for midi": (lambda: GOOD, ["--bars", "1"], "--bars is for tablature"),
     "cut off": (lambda: as_gp5(band())[:1500], [], "is damaged"),
-    "no score": (lambda: zipped({"Content/BinaryStylesheet": b""}), [], "without a score"),
-    "password": (lambda: locked(as_gp(band())), [], "is locked with a password"),
-    "bomb": (lambda: zipped({"Content/score.gpif": bytes(60 << 20)}), [], "more than 24 MB"),
+    "no score": (lambda: zip_files({"Content/BinaryStylesheet": b""}), [], "without a score"),
+    "password": (lambda: lock_archive(as_gp(band())), [], "is locked with a password"),
+    "bomb": (lambda: zip_files({"Content/score.gpif": bytes(60 << 20)}), [], "more than 24 MB"),
     "entities": (
         lambda: b'<?xml version="1.0"?><!DOCTYPE score-partwise [<!ENTITY a "b">]><score-partwise>&a;</score-partwise>',
         [], "declares entities",

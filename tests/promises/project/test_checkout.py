@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 import pytest
-from support.quoted import ROOT, context, every_command, found
+from support.quoted import ROOT, command_of, context, every_command
 
 from livebass.plugin.export import BUNDLES
 
@@ -40,7 +40,7 @@ def git(*arguments: str, given: str = "") -> list[str]:
     return done.stdout.splitlines()
 
 
-def ignored(names: list[str]) -> set[str]:
+def ignored_names(names: list[str]) -> set[str]:
     """Those of `names` that git ignores."""
     return set(git("check-ignore", "--stdin", "--no-index", given="\n".join(names)))
 
@@ -48,7 +48,7 @@ def ignored(names: list[str]) -> set[str]:
 def files_of(line: str) -> Iterator[str]:
     """The files that a quoted command names: those it writes, and those of the user."""
     yield from re.findall(r"\s>\s*(\S+)", line)
-    command, arguments = found(line)
+    command, arguments = command_of(line)
     if not arguments or "--help" in arguments:
         return
     try:
@@ -66,12 +66,12 @@ def test_what_readme_and_handbook_write_is_ignored() -> None:
     tracked = {name for name in named if git("ls-files", name)}
     mine = sorted({str(Path(name)) for name in named - tracked if not name.startswith(("/", "-"))})
     assert {"page", "case-b", "mine.toml", "keys.toml", "compared.html"} <= set(mine) and len(mine) > 30
-    assert set(mine) - ignored(mine) == set()
-    assert set(CHOSEN) - ignored(CHOSEN) == set()
+    assert set(mine) - ignored_names(mine) == set()
+    assert set(CHOSEN) - ignored_names(CHOSEN) == set()
 
 
 def test_what_belongs_to_the_project_is_not_ignored() -> None:
-    assert not ignored(NOT_OURS)
+    assert not ignored_names(NOT_OURS)
     assert not git("ls-files", "--cached", "--ignored", "--exclude-standard"), "add these to .gitignore, with a !"
 
 

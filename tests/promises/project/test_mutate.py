@@ -36,7 +36,7 @@ from ctypes import CFUNCTYPE, c_double, c_int64
 import livebass.kernels.machine.sample
 from livebass.compiling import ENTRIES, emitter, library, lowering, store
 names = "choose_mutant", "first", "second"
-text = lowering.linked([lowering.compiled([ENTRIES[name] for name in names])])
+text = lowering.link_modules([lowering.compile_entries([ENTRIES[name] for name in names])])
 made = library.object_file(emitter.emit(text, store.level())[0])
 choose = CFUNCTYPE(None, c_int64)(made("choose_mutant"))
 first, second = (CFUNCTYPE(c_double, c_double)(made(name)) for name in names[1:])
@@ -69,7 +69,7 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
     ]  # fmt: skip
     assert [file.name for file in changed] == ["library.py", "stop.py"]
     assert [file.read_bytes() for file in store.sources()] == before
-    assert not any(mutant.what.startswith("MOST_STRINGS") for mutant in found.values()), "a size of memory"
+    assert not any(mutant.what.startswith("MAX_STRINGS") for mutant in found.values()), "a size of memory"
 
 
 def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
         [sys.executable, "-c", PLAYED], env=tool.environment(tree) | {"LIVEBASS_FROM_SOURCE": "1"},
         cwd=tree, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    usual = "24.0 7.0 12.0"
+    default = "24.0 7.0 12.0"
     assert ran.stdout.splitlines() == [
-        usual, "18.0 7.0 10.0", "40.0 7.0 12.0", "24.0 8.0 11.0", usual, usual
+        default, "18.0 7.0 10.0", "40.0 7.0 12.0", "24.0 8.0 11.0", default, default
     ], ran.stderr  # fmt: skip

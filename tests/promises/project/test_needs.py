@@ -107,9 +107,9 @@ def test_a_missing_package_gets_one_line_with_exactly_the_needed_extras(
     for top in modules(missing):
         for name in [top, *(name for name in sys.modules if name.startswith(f"{top}."))]:
             monkeypatch.setitem(sys.modules, name, None)
-    monkeypatch.setattr("livebass.plugin.build.built", lambda _: False)
+    monkeypatch.setattr("livebass.plugin.build.is_built", lambda _: False)
     if missing != "sounddevice":  # which play needs when it opens its device
-        monkeypatch.setattr("livebass.compiling.library.cached", lambda: pytest.fail("it works"))
+        monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: pytest.fail("it works"))
     status, _, err = run(*line)
     assert_one_clear_line(status, err, (1,))
     assert err.rstrip("\n").partition("; --no-picture")[0].endswith(install(extras)), err

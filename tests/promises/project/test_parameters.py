@@ -7,7 +7,7 @@ import ast
 from support.places import ROOT
 
 PACKAGE = ROOT / "livebass"
-MOST = 8
+MAXIMUM = 8
 
 
 def test_functions_have_at_most_eight_parameters() -> None:
@@ -16,6 +16,6 @@ def test_functions_have_at_most_eight_parameters() -> None:
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 given = node.args
-                if len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs) > MOST:
+                if len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs) > MAXIMUM:
                     found.add(f"{file.relative_to(PACKAGE).as_posix()}: {node.name}")
     assert not found

@@ -59,7 +59,7 @@ def test_keys_have_names_in_both_countings() -> None:
     for row in (TECHNIQUE_ROWS[button.symbol] for button in BUTTONS):
         _, key, c4, c3, _ = rows[row.name]
         if row.modo:
-            assert key == f"{row.asked} {row.modo[0]}"
+            assert key == f"{row.trigger} {row.modo[0]}"
             assert (c4, c3) == tuple(f"{names[row.modo[0] % 12]}{row.modo[0] // 12 - below}" for below in (1, 2))
 
 
@@ -252,8 +252,8 @@ def test_a_form_is_valid_and_asks_for_the_version(file: Path) -> None:
 
 
 def test_forms_ask_for_devices_bench_system_and_host() -> None:
-    asked = {item.get("id") for file in FORMS if file.stem != "config" for item in read_yaml(file)["body"]}
-    assert {"version", "devices", "system", "host", "file"} <= asked
+    requested = {item.get("id") for file in FORMS if file.stem != "config" for item in read_yaml(file)["body"]}
+    assert {"version", "devices", "system", "host", "file"} <= requested
     text = "".join(file.read_text("utf-8") for file in FORMS)
     assert "`livebass devices`" in text and "`livebass bench live`" in text
 

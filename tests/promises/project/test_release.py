@@ -172,7 +172,7 @@ def machine(inside: ModuleType, *names: str) -> object:
     return inside.Machine(frozenset({HOME}), frozenset({"/var/tmp7"}), frozenset(names))
 
 
-def packed(data: bytes) -> dict[str, bytes]:
+def pack(data: bytes) -> dict[str, bytes]:
     """`data` as the files of a release may hold it, by the file's name."""
     zipped, tar = io.BytesIO(), io.BytesIO()
     with zipfile.ZipFile(zipped, "w", zipfile.ZIP_DEFLATED) as to:
@@ -194,14 +194,14 @@ def packed(data: bytes) -> dict[str, bytes]:
 def test_a_planted_word_of_the_machine_is_found(
     inside: ModuleType, tmp_path: Path, word: str, code: str, kind: str
 ) -> None:
-    (tmp_path / kind).write_bytes(packed(b"\x7fELF " + word.encode(code) + b"\0 more")[kind])
+    (tmp_path / kind).write_bytes(pack(b"\x7fELF " + word.encode(code) + b"\0 more")[kind])
     (found,) = inside.leaks(tmp_path, machine(inside, "anna7"), [b"source"])
     assert re.match(rf"{kind}.*: has (/home/anna|/var/tmp7|anna7), a word of this machine", found)
 
 
 @pytest.mark.parametrize("word", ["/home/annabel", "x/home/anna", "annabella anna7x", "https://a.b/var/tmp77"])
 def test_other_words_are_not(inside: ModuleType, tmp_path: Path, word: str) -> None:
-    for name, data in packed(word.encode()).items():
+    for name, data in pack(word.encode()).items():
         (tmp_path / name).write_bytes(data)
     assert inside.leaks(tmp_path, machine(inside, "anna7"), [b"source"]) == []
 
@@ -231,7 +231,7 @@ def test_this_machine_has_words(inside: ModuleType, tmp_path: Path) -> None:
 def test_differences_name_the_innermost_place(inside: ModuleType, tmp_path: Path) -> None:
     for name, data in (("a", b"one"), ("b", b"another")):
         (tmp_path / name).mkdir()
-        for file, content in packed(data).items():
+        for file, content in pack(data).items():
             if file != "a.html":
                 (tmp_path / name / file).write_bytes(content)
         (tmp_path / name / "same").touch()

@@ -38,7 +38,7 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     def pip(*arguments: str) -> bool:
         calls.append(list(arguments))
         if "--editable" in arguments:
-            installed(tmp_path, editable=True)
+            install(tmp_path, editable=True)
         given = (
             [*arguments, *module.requirements(module.project(), ["test"])] if "[" in arguments[-1] else list(arguments)
         )
@@ -48,7 +48,7 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     return module
 
 
-def installed(project: Path, editable: bool) -> None:
+def install(project: Path, editable: bool) -> None:
     """Writes what pip notes about an installation from a folder."""
     stated = {"url": project.as_uri(), "dir_info": {"editable": True} if editable else {}}
     (project / ".venv/lib/livebass-0.1.0.dist-info/direct_url.json").write_text(json.dumps(stated))
@@ -68,7 +68,7 @@ def test_a_copy_of_livebass_is_replaced(run: ModuleType, tmp_path: Path) -> None
     """`pip install .` puts a copy in place of an editable install: tests would check old code."""
     run.install("live")
     run.calls.clear()
-    installed(tmp_path, editable=False)
+    install(tmp_path, editable=False)
     run.install("live")
     assert run.calls[0] == ["--editable", ".[live]"] and run.is_editable()
 

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from support.places import ROOT
 from support.programs import load
-from support.site import built
+from support.site import build
 
 import livebass
 from livebass.cli.help import PAGES
@@ -33,7 +33,7 @@ def links() -> ModuleType:
     return load("links")
 
 
-def written(folder: Path, files: dict[str, str]) -> Path:
+def write(folder: Path, files: dict[str, str]) -> Path:
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
@@ -43,7 +43,7 @@ def written(folder: Path, files: dict[str, str]) -> Path:
 @pytest.fixture
 def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A small project with the site's own pages: first page, handbook page "cost", a note; sounds of two rows."""
-    root = written(tmp_path / "project", {
+    root = write(tmp_path / "project", {
         "README.md": (
             "# it\n\nIt sounds, see [cost](livebass/help/cost.md#qualities).\n\n```sh\n# no heading\n```\n\n"
             "[Here](#windows) is [the\npage](https://it.example.org/play/index.html#x) of [it](https://it.example.org).\n\n"
@@ -72,7 +72,7 @@ def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return root
 
 
-def assembled(site: Any, to: Path) -> dict[str, str]:
+def assemble(site: Any, to: Path) -> dict[str, str]:
     """The sources of the site, by place."""
     site.Assembly(to).assemble()
     return {file.relative_to(to).as_posix(): file.read_text("utf-8") for file in sorted(to.rglob("*.md"))}
@@ -121,13 +121,13 @@ def test_all_pages_of_the_repository_are_on_the_site(site: Any, tmp_path: Path) 
     assert {"README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/words.md"} <= files
     assert {f"livebass/help/{page}.md" for page in PAGES} <= files
     assert {file.relative_to(ROOT).as_posix() for file in (ROOT / "docs" / "notes").iterdir()} <= files
-    sources = assembled(site, tmp_path / "source")  # every link in them leads to a file
+    sources = assemble(site, tmp_path / "source")  # every link in them leads to a file
     assert set(site.pages()) <= set(sources) and (tmp_path / "source" / "icon.svg").exists()
     assert "<!-- " not in "".join(text for place, text in sources.items() if place.endswith("index.md"))
 
 
 def test_links_between_pages_follow_them_to_their_places(site: Any, project: Path, tmp_path: Path) -> None:
-    sources = assembled(site, tmp_path / "source")
+    sources = assemble(site, tmp_path / "source")
     assert "[cost](handbook/cost.md#qualities)" in sources["start.md"]
     assert "[Here](#windows)" in sources["start.md"] and "[Here](start.md#windows)" in sources["index.md"]
     page = '<a href="play/index.html#x">the\npage</a> of <a href="index.html">it</a>.'
@@ -147,7 +147,7 @@ def test_links_between_pages_follow_them_to_their_places(site: Any, project: Pat
 def test_the_first_page_has_the_beginning_of_the_readme_its_doors_and_the_sounds(
     site: Any, project: Path, tmp_path: Path
 ) -> None:
-    page = assembled(site, tmp_path / "source")["index.md"]
+    page = assemble(site, tmp_path / "source")["index.md"]
     assert page.startswith("It sounds, see [cost](handbook/cost.md#qualities).\n\n```sh\n# no heading\n```\n")
     assert page.index("Slap") < page.index("Pick") < page.index("## I have a DAW\n\nUse it.\n\n### Windows\n\nCopy.")
     assert "In Python" not in page
@@ -168,7 +168,7 @@ def test_a_sound_of_the_readme_has_one_player(
 ) -> None:
     readme = project / "README.md"
     readme.write_text(readme.read_text().replace("It sounds", f"{text}\n\nIt sounds"))
-    page = assembled(site, tmp_path / "source")["index.md"]
+    page = assemble(site, tmp_path / "source")["index.md"]
     assert re.findall(r'<audio[^>]* src="sounds/(.*?)"', page) == players
     assert page.count("sounds/pick.ogg") == (2 if text.startswith("Hear") else 1)
 
@@ -176,7 +176,7 @@ def test_a_sound_of_the_readme_has_one_player(
 def test_a_site_needs_no_sounds(site: Any, project: Path, tmp_path: Path) -> None:
     for file in (project / "docs" / "sounds").iterdir():
         file.unlink()
-    assert "audio" not in assembled(site, tmp_path / "source")["index.md"]
+    assert "audio" not in assemble(site, tmp_path / "source")["index.md"]
 
 
 @pytest.mark.parametrize(
@@ -192,9 +192,9 @@ def test_a_link_or_section_that_is_missing_is_named(
     site: Any, project: Path, tmp_path: Path, file: str, text: str, message: str
 ) -> None:
     (tmp_path / "outside.md").write_text("# Outside")
-    written(project, {file: text + "\n"})
+    write(project, {file: text + "\n"})
     with pytest.raises(site.SiteError) as error:
-        assembled(site, tmp_path / "source")
+        assemble(site, tmp_path / "source")
     assert str(error.value) == message
 
 
@@ -233,7 +233,7 @@ GOOD = {
 
 
 def test_a_site_without_dead_links_has_no_faults(links: Any, tmp_path: Path) -> None:
-    faults, elsewhere = links.check(written(tmp_path, GOOD))
+    faults, elsewhere = links.check(write(tmp_path, GOOD))
     assert faults == []
     assert elsewhere == {"https://example.org/x", "mailto:a@example.org"}
 
@@ -258,7 +258,7 @@ def test_a_site_without_dead_links_has_no_faults(links: Any, tmp_path: Path) -> 
     ],
 )
 def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted: str, fault: str) -> None:
-    site = written(tmp_path / "site", GOOD | {file: planted + GOOD[file]})
+    site = write(tmp_path / "site", GOOD | {file: planted + GOOD[file]})
     (tmp_path / "outside.html").touch()
     assert links.check(site)[0] == [fault]
 
@@ -266,7 +266,7 @@ def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted
 @pytest.mark.slow
 def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path) -> None:
     found = []
-    for folder in (built(site, tmp_path / "one"), built(site, tmp_path / "two")):
+    for folder in (build(site, tmp_path / "one"), build(site, tmp_path / "two")):
         files = {file for file in folder.rglob("*") if file.is_file()}
         found.append({file.relative_to(folder).as_posix(): file.read_bytes() for file in files})
     assert found[0] == found[1]

@@ -18,9 +18,9 @@ from livebass.engine.engine import Engine
 TOOL = load("sounds")
 FOLDER, RATE, SECONDS = TOOL.TABLE.parent, TOOL.RATE, TOOL.SECONDS
 SOUNDS: dict[str, dict[str, Any]] = {Path(sound["file"]).stem: sound for sound in TOOL.sounds()}
-MOST_BYTES = 400_000  # of all files together
-LEAST_SNR = 26.0  # dB; the codec alone leaves 28 or more, another processor 120
-MOST_OFF = 0.3  # dB in an octave from 31 Hz; the codec changes none by more than 0.15
+MAX_BYTES = 400_000  # of all files together
+MIN_SNR = 26.0  # dB; the codec alone leaves 28 or more, another processor 120
+MAX_OFF = 0.3  # dB in an octave from 31 Hz; the codec changes none by more than 0.15
 
 
 def octaves(sound: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -34,11 +34,11 @@ def difference(file: NDArray[np.float64], rendered: NDArray[np.float64]) -> list
     """What of a decoded file differs from a render; empty if only by what the codec loses."""
     snr = 10 * np.log10(np.mean(rendered**2) / np.mean((file - rendered) ** 2))
     off = np.abs(octaves(file) - octaves(rendered)).max()
-    found = [f"SNR {snr:.1f} dB"] if snr < LEAST_SNR else []
-    return [*found, f"an octave is {off:.2f} dB off"] if off > MOST_OFF else found
+    found = [f"SNR {snr:.1f} dB"] if snr < MIN_SNR else []
+    return [*found, f"an octave is {off:.2f} dB off"] if off > MAX_OFF else found
 
 
-def decoded(name: str) -> NDArray[np.float64]:
+def decode(name: str) -> NDArray[np.float64]:
     sound, rate = soundfile.read(FOLDER / SOUNDS[name]["file"])
     assert rate == RATE and sound.shape == (round(SECONDS * RATE),), "mono"
     return np.asarray(sound)
@@ -46,7 +46,7 @@ def decoded(name: str) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", SOUNDS)
 def test_a_file_is_what_livebass_renders(name: str) -> None:
-    assert not difference(decoded(name), TOOL.rendered(SOUNDS[name])), "changed on purpose? run tools/sounds.py"
+    assert not difference(decode(name), TOOL.rendered(SOUNDS[name])), "changed on purpose? run tools/sounds.py"
 
 
 @pytest.mark.parametrize(
@@ -60,12 +60,12 @@ def test_a_file_is_what_livebass_renders(name: str) -> None:
 )
 def test_another_preset_tempo_or_score_is_noticed(changed: dict[str, Any]) -> None:
     """Even a bass that differs little: jazz-finger with a low B."""
-    assert difference(decoded("soft-and-hard"), TOOL.rendered(SOUNDS["soft-and-hard"] | changed, "live"))
+    assert difference(decode("soft-and-hard"), TOOL.rendered(SOUNDS["soft-and-hard"] | changed, "live"))
 
 
 @pytest.mark.parametrize("name", SOUNDS)
 def test_a_file_is_as_loud_as_the_others_and_begins_and_ends_without_a_click(name: str) -> None:
-    sound = decoded(name)
+    sound = decode(name)
     assert loudness(sound, RATE) == pytest.approx(TOOL.LOUDNESS, abs=0.1)
     assert np.abs(sound).max() < 0.8
     edge = np.abs(sound[: round(0.01 * RATE)]).max(), np.abs(sound[-round(0.002 * RATE) :]).max()
@@ -78,7 +78,7 @@ def test_the_table_names_the_files_and_they_are_small() -> None:
     files = sorted(FOLDER.glob("*.ogg"))
     assert files == sorted(FOLDER / sound["file"] for sound in SOUNDS.values())
     assert list(SOUNDS) == ["soft-and-hard", "fingers", "slap", "pick"], "the order in which they play"
-    assert sum(file.stat().st_size for file in files) <= MOST_BYTES
+    assert sum(file.stat().st_size for file in files) <= MAX_BYTES
     for sound in SOUNDS.values():
         assert sound["text"].endswith(".") and sound["title"] and not sound["title"].endswith(".")
 

@@ -23,7 +23,7 @@ def text(request: pytest.FixtureRequest) -> str:
     return file.read_text()
 
 
-def classified() -> list[str]:
+def classify() -> list[str]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     return [found[1] for line in project["classifiers"] if (found := re.search(r"Python :: (3\.\d+)$", line))]
 
@@ -45,10 +45,10 @@ def test_each_step_is_one_command_of_ours(text: str) -> None:
 
 def test_pythons_are_those_of_pyproject(text: str) -> None:
     for listed in re.findall(r"^ +python: \[(.+)\]$", text, re.MULTILINE):
-        assert re.findall(r'"(.+?)"', listed) == classified()
+        assert re.findall(r'"(.+?)"', listed) == classify()
     used = re.findall(r"^ +python-version: (.+)$", text, re.MULTILINE)
     assert len(used) == text.count("setup-python@")
-    assert set(used) <= {"${{ matrix.python }}", *(f'"{version}"' for version in classified())}
+    assert set(used) <= {"${{ matrix.python }}", *(f'"{version}"' for version in classify())}
 
 
 def test_rights_are_few_and_actions_are_githubs_own_in_one_version(text: str) -> None:

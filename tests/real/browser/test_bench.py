@@ -152,12 +152,12 @@ def test_links_and_presets_hold_the_playing_as_plugins_do(opened: Any, tmp_path:
 def test_a_link_from_another_version_of_its_bass_says_so(opened: Any) -> None:
     made = opened.execute_script("return bassCalled('slap').made")
     says = "It was made on another version of this bass, and may sound different now."
-    for other, told in ((made, ""), ("0" * 8, f" {says}")):
+    for other, reported in ((made, ""), ("0" * 8, f" {says}")):
         link = f"#like=slap&action=-0.5&made={other}"
         check_link(link, *ON_PAGE)
         opened.get("about:blank")
         open_page(opened, opened.home + link)
-        assert state(opened)[1] == {"action": -0.5} and state(opened)[4] == f"The bass is as the link says.{told}"
+        assert state(opened)[1] == {"action": -0.5} and state(opened)[4] == f"The bass is as the link says.{reported}"
 
 
 def test_a_message_is_in_sight_wherever_the_page_is_scrolled(opened: Any) -> None:
@@ -257,9 +257,13 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     wait(lambda: opened.execute_script("return rang.length") > 5)
     assert max(opened.execute_script("return rang")[2:]) > 1e-3, "the note rings on"
     assert opened.execute_script("return state.stroke.symbol") == "pick"
-    told = "const done = arguments[0], {port} = player.node, old = port.onmessage;"
-    told += "port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
-    wait(lambda: opened.execute_async_script(told) == ["pick", 0])  # the page informs the new bass once it learns of it
+    reported = "const done = arguments[0], {port} = player.node, old = port.onmessage;"
+    reported += (
+        "port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
+    )
+    wait(
+        lambda: opened.execute_async_script(reported) == ["pick", 0]
+    )  # the page informs the new bass once it learns of it
     heights = opened.execute_script("return bassCalled('jazz-finger').strings[0].heights[11]")
     assert heights == pytest.approx(-1.2e-3, abs=1e-9)
     opened.execute_script("release('test')")

@@ -35,7 +35,7 @@ def page(browser: Any, whole: str) -> Iterator[Any]:
     assert not errors(browser)
 
 
-def replayed(page: Any, says: str) -> dict[str, Any]:
+def replay(page: Any, says: str) -> dict[str, Any]:
     """The page's slow replay, once it shows the case `says`."""
     wait(lambda: says in page.find_element("id", "seen").text)
     made: dict[str, Any] = page.execute_script(MADE)
@@ -44,7 +44,7 @@ def replayed(page: Any, says: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
-    made = replayed(page, "Case B: 3.6 mm")
+    made = replay(page, "Case B: 3.6 mm")
     assert page.execute_script("return [$('bass').value, player.sounding]") == [PRESET, False]
     rate = int(page.execute_script("return player.context.sampleRate"))
     trial = CASES["b"].trial(rate)
@@ -71,7 +71,7 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
     counts = {}
     for name in PLAYED:
         page.find_element("id", f"case-{name}").click()
-        counts[name] = len(replayed(page, CASES[name].title)["hits"])
+        counts[name] = len(replay(page, CASES[name].title)["hits"])
         wait(lambda: page.execute_script(SOUNDS))
         peak = page.execute_script(
             "return hearing.sources[0].buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
@@ -98,7 +98,7 @@ def test_a_study_opened_from_disk_shows_and_plays_its_case(tmp_path: Path) -> No
         driver.switch_to.frame(frame)
         wait(lambda: driver.find_elements("css selector", "body.embed"))
         driver.execute_script(INSIDE)
-        assert len(replayed(driver, "Case B: 3.6 mm")["hits"]) > 20
+        assert len(replay(driver, "Case B: 3.6 mm")["hits"]) > 20
         assert driver.find_element("id", "side").is_displayed()
         driver.find_element("css selector", 'button[data-string="0"][data-fret="3"]').click()
         wait(lambda: "fret 3: " in driver.find_element("id", "seen").text)

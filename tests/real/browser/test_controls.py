@@ -73,7 +73,7 @@ const noted = async () => {
   await player.sound();
   while (player.playing !== "jazz-finger" || player.next) await new Promise(done => setTimeout(done, 20));
   press("test", 28, 100, performance.now());
-  while (!kept.note || !see.note.wasTold) await new Promise(done => setTimeout(done, 20));
+  while (!kept.note || !see.note.wasReported) await new Promise(done => setTimeout(done, 20));
   release("test");
   bent({action: 0.5});
 };

@@ -24,10 +24,10 @@ from support.browser import (
     errors,
     firefox,
     open_page,
-    saved,
+    resize,
+    saved_file,
     seen_by,
-    served,
-    sized,
+    serve,
     wait,
 )
 from support.costs import quick
@@ -37,13 +37,13 @@ from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
 from livebass import load_preset, score_of
 from livebass.rows.arrays import Floats
-from livebass.web.export import shown
+from livebass.web.export import bass_data
 from livebass.web.public import PUBLIC
 
 LOUD = -30.0  # dBFS
-LEAST_TARGET = 24  # px, of WCAG 2.5.8
+MIN_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
-LEAST_OF = {360: (0.9, 28), 800: (0.9, 28), 1400: (0.7, 15), 2560: (0.75, 24)}  # part that the neck has; px of a fret
+MIN_OF = {360: (0.9, 28), 800: (0.9, 28), 1400: (0.7, 15), 2560: (0.75, 24)}  # part that the neck has; px of a fret
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # with the notes they play
 
 
@@ -56,7 +56,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def addresses(pages: dict[bool, Path]) -> Iterator[dict[str, str]]:
-    with served(pages[False].parent) as server:
+    with serve(pages[False].parent) as server:
         yield {"disk": pages[True].as_uri(), "server": f"{server}/index.html"}
 
 
@@ -168,12 +168,12 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     assert browser.execute_async_script(faults) == 0
     assert browser.execute_script("return player.context.state") == "running"
     home = addresses[place].removesuffix("index.html")
-    asked = requests(browser)
-    assert asked and all(url.startswith(home) for url in asked), asked
-    assert len(asked) == 1 if place == "disk" else len(asked) > 1
+    requested = requests(browser)
+    assert requested and all(url.startswith(home) for url in requested), requested
+    assert len(requested) == 1 if place == "disk" else len(requested) > 1
     version = "?v=" + browser.execute_script("return PAGE.digest")
     others = {home, *(f"{home}{name}" for name in PUBLIC)}
-    assert all(url.endswith(version) or url in others for url in asked[1:]), asked
+    assert all(url.endswith(version) or url in others for url in requested[1:]), requested
     assert not errors(browser)
 
 
@@ -267,7 +267,7 @@ def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
     page.execute_script(
         "Object.assign(bassCalled(arguments[0]), arguments[1]); showNeck()",
         name,
-        shown(name, load_preset(name, capo=2)),
+        bass_data(name, load_preset(name, capo=2)),
     )
     dots = "return [...document.querySelectorAll('#neck .inlay')].map(dot => "
     dots += "[+dot.style.gridColumn - 1, dot.classList.contains('two'), dot.nextSibling.textContent])"
@@ -415,13 +415,13 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
         wait(lambda: name in text(page, "response-text"))
         return text(page, "response-text")
 
-    def plays(most: float) -> None:
-        """Waits until notes are quieter than `most`."""
+    def plays(maximum: float) -> None:
+        """Waits until notes are quieter than `maximum`."""
         for _ in range(20):
             chain(page).key_down("a").pause(0.3).perform()
             shown = text_of(page, "level-text").removesuffix(" dB")
             chain(page).key_up("a").pause(0.2).perform()
-            if shown == "silent" or float(shown) < most:
+            if shown == "silent" or float(shown) < maximum:
                 return
         raise AssertionError(shown)
 
@@ -485,7 +485,7 @@ def test_who_plays_on_while_the_sound_stops_is_heard(page: Any) -> None:
     page.execute_script("release('KeyA')")
 
 
-def sent(driver: Any) -> list[list[Any]]:
+def sent_messages(driver: Any) -> list[list[Any]]:
     """The messages since the last call, except notes of the bass; run SENT first."""
     found = driver.execute_script("return sent.splice(0)")
     return [list(message) for message in found if message[0] in (0xB0, "everywhere") or message[1] < 28]
@@ -500,7 +500,7 @@ def way(driver: Any, name: str) -> Any:
     return driver.find_element("css selector", f'#techniques button[aria-label^="{name}"]')
 
 
-def pressed(driver: Any) -> set[str]:
+def pressed_techniques(driver: Any) -> set[str]:
     """The techniques that are on."""
     on = driver.find_elements("css selector", '#techniques [aria-pressed="true"]')
     return {button.accessible_name.split(",")[0] for button in on}
@@ -545,7 +545,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
             browser.execute_script(message, midi)
 
         def shows(*names: str) -> None:
-            wait(lambda: pressed(browser) == set(names))
+            wait(lambda: pressed_techniques(browser) == set(names))
 
         def slider(name: str) -> tuple[float, str]:
             return float(browser.execute_script(f"return $('{name}').value")), text(browser, f"{name}-text")
@@ -564,18 +564,20 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
             play(0x90, key, 100)
             play(0x80, key, 0)
             shows(name)
-        assert [m for m in sent(browser) if m == [0xB0, 9, 0]] == [[0xB0, 9, 0]]  # the keyboard's; the page sent none
+        assert [m for m in sent_messages(browser) if m == [0xB0, 9, 0]] == [
+            [0xB0, 9, 0]
+        ]  # the keyboard's; the page sent none
         # the page switches off a chip that a keyboard switched on, and vice versa
         play(0xB0, 9, 20)
         shows("Fingers", "Palm mute")
         way(browser, "Palm").click()
-        assert sent(browser)[-1] == [0xB0, 9, 0] and pressed(browser) == {"Fingers"}
+        assert sent_messages(browser)[-1] == [0xB0, 9, 0] and pressed_techniques(browser) == {"Fingers"}
         way(browser, "Palm").click()
-        assert pressed(browser) == {"Fingers", "Palm mute"}
+        assert pressed_techniques(browser) == {"Fingers", "Palm mute"}
         play(0xB0, 9, 0)
         shows("Fingers")
         way(browser, "Palm").click()
-        assert sent(browser)[-1] == [0xB0, 9, 76]
+        assert sent_messages(browser)[-1] == [0xB0, 9, 76]
         play(0xB0, 121, 0)
         shows("Fingers")
         # parameters
@@ -638,7 +640,7 @@ def test_a_key_map_without_a_technique_takes_its_chip_away(page: Any) -> None:
     start(page)
     page.execute_script(SENT)
     chain(page).key_down("5").key_up("5").perform()
-    assert sent(page) == []
+    assert sent_messages(page) == []
 
 
 def test_techniques_are_latched_or_held(page: Any) -> None:
@@ -647,31 +649,34 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
 
     start(page)
     page.execute_script(SENT)
-    assert pressed(page) == {"Fingers"}
+    assert pressed_techniques(page) == {"Fingers"}
     way(page, "Palm").click()
-    assert sent(page) == [[0xB0, 9, 76]] and pressed(page) == {"Fingers", "Palm mute"}
+    assert sent_messages(page) == [[0xB0, 9, 76]] and pressed_techniques(page) == {"Fingers", "Palm mute"}
     way(page, "Palm").click()
-    assert sent(page) == [[0xB0, 9, 0]] and pressed(page) == {"Fingers"}
+    assert sent_messages(page) == [[0xB0, 9, 0]] and pressed_techniques(page) == {"Fingers"}
     chain(page).click_and_hold(way(page, "Harmonics")).pause(0.6).perform()
-    assert sent(page) == [[0x90, 17, 64]] and "Harmonics" in pressed(page)
+    assert sent_messages(page) == [[0x90, 17, 64]] and "Harmonics" in pressed_techniques(page)
     chain(page).release().perform()
-    assert sent(page) == [[0x80, 17, 64]] and pressed(page) == {"Fingers"}
+    assert sent_messages(page) == [[0x80, 17, 64]] and pressed_techniques(page) == {"Fingers"}
     for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a scrolling finger
         page.execute_script(f"WAYS[4].button.dispatchEvent(new PointerEvent('{kind}'))")
-    assert sent(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed(page) == {"Fingers"}
+    assert sent_messages(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed_techniques(page) == {"Fingers"}
     chain(page).key_down("9").perform()
-    assert sent(page) == [["everywhere", 1, 127]] and "Vibrato" in pressed(page)
+    assert sent_messages(page) == [["everywhere", 1, 127]] and "Vibrato" in pressed_techniques(page)
     chain(page).key_up("9").perform()
-    assert sent(page) == [["everywhere", 1, 0]]
+    assert sent_messages(page) == [["everywhere", 1, 0]]
     page.execute_script("arguments[0].focus()", way(page, "Ghost notes"))
     chain(page).send_keys(Keys.ENTER).perform()
-    assert sent(page) == [[0x90, 10, 64]] and "Ghost notes" in pressed(page)
+    assert sent_messages(page) == [[0x90, 10, 64]] and "Ghost notes" in pressed_techniques(page)
     chain(page).key_down("5").key_up("5").perform()  # it stays latched
-    assert sent(page) == [] and "Ghost notes" in pressed(page)
+    assert sent_messages(page) == [] and "Ghost notes" in pressed_techniques(page)
     way(page, "Pick").click()
-    assert sent(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed(page) == {"Pick", "Ghost notes"}
+    assert sent_messages(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed_techniques(page) == {
+        "Pick",
+        "Ghost notes",
+    }
     page.find_element("id", "panic").click()
-    assert sent(page) == [[0x80, 10, 64]] and pressed(page) == {"Pick"}
+    assert sent_messages(page) == [[0x80, 10, 64]] and pressed_techniques(page) == {"Pick"}
 
 
 def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_stroke(page: Any) -> None:
@@ -679,18 +684,18 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     way(page, "Let ring").click()
     chain(page).send_keys("2").perform()
     start(page)
-    wait(lambda: page.execute_script("return state.toldStroke === STROKES[1]"))
-    told = "return WAYS.filter(way => way.told).map(way => way.name)"
+    wait(lambda: page.execute_script("return state.sentStroke === STROKES[1]"))
+    told = "return WAYS.filter(way => way.sent).map(way => way.name)"
     assert page.execute_script(told) == ["Hammer-on", "Let ring"]
     page.execute_script(SENT)
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
     way(page, "Hammer").click()
     page.execute_script("player.sound()")
-    wait(lambda: sent(page) == [["everywhere", 64, 127]])  # panic has reset controllers
+    wait(lambda: sent_messages(page) == [["everywhere", 64, 127]])  # panic has reset controllers
     choose(page, "slap")
     wait(lambda: page.execute_script("return player.playing") == "slap")
-    assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
+    assert pressed_techniques(page) == {"Thumb", "Let ring"} and sent_messages(page) == []
     tap(page, "a")
 
 
@@ -824,7 +829,7 @@ def test_nothing_moves_where_that_is_not_wanted(page: Any) -> None:
         told = {"load": load, "peak": load, "overload": 0, "faults": 0, "held": held}
         return int(page.execute_script("showMeters(arguments[0]); return document.getAnimations().length", told))
 
-    with sized(page, 1280, 800):
+    with resize(page, 1280, 800):
         assert moving(0.1, [3, -1, -1, -1]) > 0
         with seen_by(page, prefers_reduced_motion="reduce"):
             assert moving(0.9, [-1, 3, -1, -1]) == 0
@@ -851,7 +856,7 @@ def strokes_across(line: Any) -> int:
 def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
     strings = 4
     features = {"forced_colors": "active", "prefers_color_scheme": scheme, "prefers_reduced_motion": "reduce"}
-    with seen_by(page, **features), sized(page, 1280, 1200):
+    with seen_by(page, **features), resize(page, 1280, 1200):
         page.execute_script("showMeters({load: 0.4, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
         neck, frets = picture(page, "#neck"), int(page.execute_script("return $('neck').dataset.count"))
         lane = page.execute_script("return document.querySelector('.open').clientHeight")
@@ -886,19 +891,19 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
 
 @pytest.mark.parametrize("width", quick(WIDTHS, [360, 2560]))
 def test_it_fits_the_width(page: Any, width: int) -> None:
-    with sized(page, width, 800):
+    with resize(page, width, 800):
         for name in PINNED:
             choose(page, name)
             wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
             assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
             used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
-            part, least = LEAST_OF[width]
+            part, minimum = MIN_OF[width]
             assert page.execute_script(used) > part
             cells = page.find_elements("css selector", ".fret")
-            assert min(cell.size["width"] for cell in cells[:25]) >= least
+            assert min(cell.size["width"] for cell in cells[:25]) >= minimum
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
             keys = page.find_elements("css selector", "#piano button")
-            assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
+            assert len(keys) == 16 and min(key.size["width"] for key in keys) >= MIN_TARGET
             uncovered = (
                 "const at = [...document.querySelectorAll('#piano .black')].map(e => e.getBoundingClientRect());"
             )
@@ -942,7 +947,7 @@ def test_a_folder_without_its_worker_says_so(browser: Any, pages: dict[bool, Pat
     folder = tmp_path / "page"
     shutil.copytree(pages[False].parent, folder)
     (folder / "worker.js").unlink()
-    with served(folder) as server:
+    with serve(folder) as server:
         browser.get(f"{server}/index.html")
         wait(lambda: "worker.js" in text(browser, "said"))
     browser.get_log("browser")
@@ -1099,7 +1104,7 @@ def test_firefox_on_linux_is_never_asked_for_its_latency(
         "Object.defineProperty(prototype, 'outputLatency', {get: counted(get)});"
         "prototype.getOutputTimestamp = counted(prototype.getOutputTimestamp);"
     )
-    usual = browser.execute_script("return navigator.userAgent")
+    default = browser.execute_script("return navigator.userAgent")
     agent = f"Mozilla/5.0 ({system}; rv:140.0) Gecko/20100101 Firefox/140.0"
     browser.execute_cdp_cmd("Network.setUserAgentOverride", {"userAgent": agent})
     try:
@@ -1111,7 +1116,7 @@ def test_firefox_on_linux_is_never_asked_for_its_latency(
             wait(lambda: "D string, fret 5: " in text_of(browser, "seen"))
             assert (browser.execute_script("return asked") > 0) == asks
     finally:
-        browser.execute_cdp_cmd("Network.setUserAgentOverride", {"userAgent": usual})
+        browser.execute_cdp_cmd("Network.setUserAgentOverride", {"userAgent": default})
 
 
 def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
@@ -1154,7 +1159,7 @@ def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
     wait(lambda: page.execute_script("return saved.length === 1"))
     from PIL import Image
 
-    shot, name = saved(page)
+    shot, name = saved_file(page)
     made = Image.open(shot)
     assert made.size == (1600, 1000) and name == "livebass-jazz-finger-10.0ms.png"
     assert len(made.convert("RGB").resize((80, 50)).getcolors(80 * 50)) > 50, "something is drawn"
@@ -1234,7 +1239,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
     if loaded == "audio thread":
         script.write_text(BURDEN + script.read_text())
     found = []
-    with served(tmp_path / "page") as home, served(pages[False].parent) as idle:
+    with serve(tmp_path / "page") as home, serve(pages[False].parent) as idle:
         for address in (idle, home):
             open_page(browser, f"{address}/index.html")
             start(browser)
@@ -1253,14 +1258,14 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
 
 def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
     shown = "return ['side', 'note', 'spectrum'].filter(id => $(id).clientWidth > 0)"
-    with sized(page, 390, 844):
+    with resize(page, 390, 844):
         page.execute_script("$('bench-fold').open = false")  # it lies over the lower half
         assert page.execute_script(shown) == ["side"]
         for tab, name in (("Last note", "note"), ("Spectrum", "spectrum"), ("Side", "side")):
             button = page.find_element("xpath", f"//div[@class='tabs']/button[text()='{tab}']")
             button.click()
             assert page.execute_script(shown) == [name] and button.get_attribute("aria-pressed") == "true"
-    with sized(page, 1280, 900):
+    with resize(page, 1280, 900):
         assert page.execute_script(shown) == ["side", "note", "spectrum"]
 
 
@@ -1437,7 +1442,7 @@ def test_a_recording_is_what_was_heard(page: Any) -> None:
     page.find_element("id", "record").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
     lift(page)
-    data, name = saved(page)
+    data, name = saved_file(page)
     sound, rate = soundfile.read(data, dtype="float32")
     assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return player.context.sampleRate")
     assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5

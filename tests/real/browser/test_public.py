@@ -20,7 +20,7 @@ from livebass.web.public import ELEMENT
 ADDRESS = "https://example.org/bass/"
 
 
-def exported(folder: Path, single: bool, **more: Any) -> Path:
+def export(folder: Path, single: bool, **more: Any) -> Path:
     return export_page({"slap": load_preset("slap")}, folder, single, sources={"slap": Source("slap")}, more=more)
 
 
@@ -51,7 +51,7 @@ def copied_link(driver: Any, page: str) -> str:
 
 
 def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path: Path) -> None:
-    page = exported(tmp_path / "page", True, address=ADDRESS)
+    page = export(tmp_path / "page", True, address=ADDRESS)
     html = page.read_text("utf-8")
     for tag in (
         '<meta property="og:url" content="https://example.org/bass/">',
@@ -69,7 +69,7 @@ def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path:
 
 
 def test_without_one_a_link_is_a_fragment_with_words_how_to_open_it(browser: Any, tmp_path: Path) -> None:
-    page = exported(tmp_path / "page", True)
+    page = export(tmp_path / "page", True)
     assert "og:" not in page.read_text("utf-8")
     link = copied_link(browser, page.as_uri())
     assert link.startswith("like=slap&action=-0.5&made=")
@@ -77,7 +77,7 @@ def test_without_one_a_link_is_a_fragment_with_words_how_to_open_it(browser: Any
 
 
 def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tmp_path: Path) -> None:
-    page = exported(tmp_path / "page", True)
+    page = export(tmp_path / "page", True)
     browser.get("about:blank")
     open_page(browser, f"{page.as_uri()}?fbclid=IwAR&utm_medium=x#like=slap&action=-0.5&utm_source=mail")
     assert browser.execute_script("return bench().values.action") == -0.5
@@ -86,7 +86,7 @@ def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tm
 
 
 def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) -> None:
-    exported(tmp_path / "page", False)
+    export(tmp_path / "page", False)
     server = Server(tmp_path / "page")
     open_page(browser, f"{server.address}/?fbclid=1")
     wait(lambda: browser.execute_async_script("navigator.serviceWorker.ready.then(() => arguments[0](true))"))
@@ -97,7 +97,7 @@ def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) 
     browser.find_element("css selector", "h1").click()
     browser.execute_script("player.sound()")
     wait(lambda: browser.execute_script("return player.playing") == "slap")
-    exported(tmp_path / "page", False, address=ADDRESS)
+    export(tmp_path / "page", False, address=ADDRESS)
     again = Server(tmp_path / "page", int(server.address.rpartition(":")[2]))
     open_page(browser, f"{again.address}/")
     assert browser.execute_script("return PAGE.address") == ADDRESS, "a newer export is seen at once"
@@ -106,7 +106,7 @@ def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) 
 
 @pytest.mark.parametrize("single", [False, True])
 def test_an_article_shows_the_page_by_an_element(browser: Any, tmp_path: Path, single: bool) -> None:
-    exported(tmp_path / "bass", single)
+    export(tmp_path / "bass", single)
     (tmp_path / "bass" / ELEMENT).write_text(text(ELEMENT))
     assert is_page(list((tmp_path / "bass").iterdir()))
     name = "livebass.html" if single else ""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import SAVED, errors, open_page, saved, wait
+from support.browser import SAVED, errors, open_page, saved_file, wait
 
 # The replay's contacts, [fret, frame, speed], from the release on
 HITS = "return see.replay.hits.filter(h => h.frame >= see.replay.frame).map(h => [h.fret, h.frame, h.speed])"
@@ -27,7 +27,7 @@ def page(browser: Any, whole: str) -> Iterator[Any]:
         STRING,
         FRET,
     )
-    wait(lambda: browser.execute_script("return kept.note !== undefined && see.note.wasTold"))
+    wait(lambda: browser.execute_script("return kept.note !== undefined && see.note.wasReported"))
     browser.execute_script("release('test')")
     yield browser
     assert not errors(browser)
@@ -101,7 +101,7 @@ def test_a_clip_has_pictures_and_the_notes_sound(page: Any) -> None:
     page.execute_script(SAVED + "$('slow').value = 0.5; $('slow').oninput()")
     page.find_element("id", "clip").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
-    data, name = saved(page)
+    data, name = saved_file(page)
     tracks = page.execute_async_script(
         "const [done] = arguments, context = new OfflineAudioContext(1, 48000, 48000);"
         "saved[0][0].arrayBuffer().then(bytes => context.decodeAudioData(bytes)).then("

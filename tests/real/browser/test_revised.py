@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import INSIDE, chromium, open_page, served, wait
+from support.browser import INSIDE, chromium, open_page, serve, wait
 
 from livebass import load_preset
 from livebass.plugin.instrument import image_file
@@ -49,7 +49,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[int, bytes], 
 @pytest.fixture(scope="module", params=["folder", "single"])
 def opened(images: Any, request: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, str]]:
     _, folder, single = images
-    with chromium(tmp_path_factory.mktemp("profile")) as driver, served(folder.parent) as address:
+    with chromium(tmp_path_factory.mktemp("profile")) as driver, serve(folder.parent) as address:
         yield driver, f"{address}/index.html" if request.param == "folder" else single.as_uri()
 
 

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 import pytest
-from support.browser import INSIDE, open_page, seen_by, sized, wait
+from support.browser import INSIDE, open_page, resize, seen_by, wait
 from support.song import midi_file, song_of
 
 MOVES = "return [see.replay !== undefined, see.replay?.at ?? 0, player.context.state, $('seen').textContent]"
@@ -138,7 +138,7 @@ def test_a_second_tap_is_not_cut_by_the_end_of_the_first(page: Any) -> None:
 
 
 def test_neck_side_view_last_note_and_bench_are_in_one_view(page: Any) -> None:
-    with sized(page, *ONE_VIEW):
+    with resize(page, *ONE_VIEW):
         parts = page.execute_script(
             "return ['neck', 'seen', 'side', 'note', 'bench-action'].map(id => $(id).getBoundingClientRect().toJSON())"
         )
@@ -188,7 +188,7 @@ def test_a_note_is_told_with_hits_that_a_busy_machine_reports_late(page: Any) ->
 @pytest.mark.parametrize("width", [390, 844, 1280])
 def test_a_hit_is_drawn_at_its_fret_or_not_at_all(page: Any, width: int) -> None:
     """Frets that the neck does not show are in the side view alone."""
-    with sized(page, width, 844):
+    with resize(page, width, 844):
         wait(lambda: page.execute_script("return see.replay !== undefined"))
         page.execute_script("backToNow(); see.view = undefined")
         count = page.execute_script("return +$('neck').dataset.count")
@@ -213,7 +213,7 @@ def test_a_hit_is_drawn_at_its_fret_or_not_at_all(page: Any, width: int) -> None
 
 def test_a_string_is_broken_where_the_neck_is(page: Any) -> None:
     """Between the last fret shown and the body nothing is drawn, rather than a string in a false place."""
-    with sized(page, 390, 844):
+    with resize(page, 390, 844):
         gap = page.execute_script(
             "const {left} = $('strings').getBoundingClientRect(), at = e => e.getBoundingClientRect();"
             "const frets = document.querySelectorAll('.fret[data-string=\"0\"]');"
@@ -264,7 +264,7 @@ def test_a_sentence_of_two_lines_moves_nothing(page: Any) -> None:
     same = "The same pluck, in its first 0.1 s: 29 contacts before, 109 contacts now."
     hardest = "A string, fret 2: 68 contacts; it hits fret 4 hardest."
     for width, height, longer in ((*ONE_VIEW, same), (390, 844, hardest)):
-        with sized(page, width, height):
+        with resize(page, width, height):
             (one, before), (two, after) = (page.execute_script(found, said) for said in ("Press it.", longer))
             assert (one, two) == (1, 2) and abs(after - before) < 0.5
 
@@ -273,7 +273,7 @@ def test_a_sentence_of_two_lines_moves_nothing(page: Any) -> None:
 def test_a_phone_fits_large_text_and_the_longest_names(page: Any, text: str) -> None:
     """With the bench open, a story, a song, and a message, all named by 180 letters without a gap."""
     song = base64.b64encode(midi_file(song_of([28], 480))).decode()
-    with sized(page, 390, 844):
+    with resize(page, 390, 844):
         page.execute_script(
             "const [song, size] = arguments, name = 'a'.repeat(180);"
             "document.documentElement.style.fontSize = size; $('bench-fold').open = true;"

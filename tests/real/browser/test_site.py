@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from support.browser import chromium, errors, served, wait
+from support.browser import chromium, errors, serve, wait
 from support.programs import load
-from support.site import built
+from support.site import build
 
 # Elements that reach beyond the window. Code and tables may: each scrolls by itself
 WIDE = """
@@ -24,7 +24,7 @@ def test_a_browser_shows_every_page_on_phones_and_plays(tmp_path: Path) -> None:
     logs = {"browser": "ALL", "performance": "ALL"}
     with (
         chromium(tmp_path / "profile", loggingPrefs=logs) as driver,
-        served(built(load("site"), tmp_path / "site")) as address,
+        serve(build(load("site"), tmp_path / "site")) as address,
     ):
         size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)

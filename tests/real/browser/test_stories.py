@@ -91,8 +91,8 @@ def test_a_dead_spot_dies_first(page: Any, whole: str) -> None:
         turns = np.exp(-2j * np.pi * 440 * 2 ** ((note - 69) / 12) * np.arange(part.size) / rate)
         return float(20 * np.log10(abs(np.sum(part * np.hanning(part.size) * turns))))
 
-    dead, usual = (
+    dead, default = (
         fundamental(sound, note, 0.1) - fundamental(sound, note, 0.9)
         for sound, note in zip(sounds, (49, 48), strict=True)
     )
-    assert dead > 1.8 * usual > 3, (dead, usual)
+    assert dead > 1.8 * default > 3, (dead, default)

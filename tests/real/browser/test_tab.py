@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, open_page, sized, wait
+from support.browser import chromium, open_page, resize, wait
 from support.tabs import as_gp5, beats, note, song, tab
 
 from livebass.cli.hands import SOUND, Loader
-from livebass.tab.reading import Asked, arranged
+from livebass.tab.reading import TabRequest, arrange
 from livebass.web.export import page_files
 from livebass.web.serve import OPENS, PageServer
 from livebass.web.tab import Opener, tab_data
@@ -54,7 +54,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def page(driver: Any) -> Iterator[str]:
-    made = arranged(as_gp5(song()), Path("song.gp5"), Asked(), LOAD)
+    made = arrange(as_gp5(song()), Path("song.gp5"), TabRequest(), LOAD)
     data = {"tab": tab_data(made, "song.gp5", "jazz-finger"), "opens": OPENS}
     basses = {"jazz-finger": made.bass}
     files = page_files(basses, "live", more=data)
@@ -66,7 +66,7 @@ def buttons(driver: Any) -> dict[str, Any]:
     return {button.text: button for button in driver.find_elements("css selector", "#tab button")}
 
 
-def shown(driver: Any) -> list[str]:
+def show(driver: Any) -> list[str]:
     return str(driver.execute_script('return document.querySelector("#tab pre").textContent')).splitlines()
 
 
@@ -79,13 +79,13 @@ def marks(driver: Any) -> list[tuple[str, int, int]]:
 
 def test_bars_are_shown_as_text_and_on_the_neck(driver: Any, page: str) -> None:
     open_page(driver, page)
-    heads, *strings, _ = wait(lambda: shown(driver))
+    heads, *strings, _ = wait(lambda: show(driver))
     assert heads.split() == ["1", "2", "Riff"] and [line[0] for line in strings] == ["G", "D", "A", "D"]
     assert strings[3].startswith("D |-3---------5-----") and "P7" in strings[0] and "h7" in strings[2]
     assert "<12>" in strings[1]
     assert marks(driver) == [("3", 4, 4), ("5", 4, 6)]
     buttons(driver)["›"].click()
-    wait(lambda: shown(driver)[0].split()[0] == "2")
+    wait(lambda: show(driver)[0].split()[0] == "2")
     assert marks(driver) == [("5", 3, 6), ("h7", 3, 8), ("P7", 1, 8), ("<12>", 2, 13)]
 
 
@@ -139,8 +139,8 @@ def test_on_a_phone_nothing_covers_the_buttons_and_the_place_stays_in_sight(
     driver: Any, page: str, size: tuple[int, int]
 ) -> None:
     open_page(driver, page)
-    with sized(driver, *size):
-        wait(lambda: shown(driver))
+    with resize(driver, *size):
+        wait(lambda: show(driver))
         assert driver.execute_script("return document.documentElement.scrollWidth") <= size[0]
         if size[0] > size[1]:
             parts = driver.execute_script(BOXES, ".stage", "#tab .tools", "#tab pre")
@@ -150,10 +150,10 @@ def test_on_a_phone_nothing_covers_the_buttons_and_the_place_stays_in_sight(
         assert driver.execute_script(COVERED) == []
         for _ in range(2):
             buttons(driver)["›"].click()
-        wait(lambda: shown(driver)[0].split()[0] == "3")
+        wait(lambda: show(driver)[0].split()[0] == "3")
         driver.execute_script("const {style} = document.querySelector('#tab pre'); style.width = '9rem'")
         buttons(driver)["‹"].click()
-        wait(lambda: shown(driver)[0].split()[0] == "2")
+        wait(lambda: show(driver)[0].split()[0] == "2")
         arrow, view = driver.execute_script(
             "const e = document.querySelector('#tab pre'), lines = e.textContent.split('\\n');"
             "return [lines.at(-1).indexOf('▲') / lines[1].length * e.scrollWidth, [e.scrollLeft, e.clientWidth]]"
@@ -170,7 +170,7 @@ def test_a_dropped_tablature_is_read_by_the_server(driver: Any, page: str, tmp_p
     field.send_keys(str(tmp_path / "low.gp5"))
     wait(lambda: "low.gp5" in driver.execute_script('return document.getElementById("tab").textContent'))
     assert driver.execute_script('return document.getElementById("bass").value') == "five-string-2"
-    assert [line[0] for line in shown(driver)[1:-1]] == ["G", "D", "A", "E", "A"]
+    assert [line[0] for line in show(driver)[1:-1]] == ["G", "D", "A", "E", "A"]
     wait(lambda: driver.execute_script("return player.next === undefined || player.next.name") is not False)
     field.send_keys(str(tmp_path / "bad.gp5"))
     wait(lambda: "bad.gp5: is damaged" in driver.find_element("id", "song-text").text)

@@ -106,15 +106,15 @@ def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_
     ardour, session = Ardour(tmp_path), tmp_path / "song"
     assert "Found Plugin: livebass strings" in ardour.scan(tmp_path / ".vst3" / "livebass.vst3")
 
-    told = ardour.make(session, MAKE, lv2.URI, VST3_ID)
-    assert sorted(row[1:] for row in told if row[0] == "plugin") == [
+    reported = ardour.make(session, MAKE, lv2.URI, VST3_ID)
+    assert sorted(row[1:] for row in reported if row[0] == "plugin") == [
         [kind, name, "true"] for kind in ("LV2", "VST3") for name in ("livebass", "livebass strings")
     ]
-    assert [row[1:] for row in told if row[0] == "preset"] == [[kind, "true", "true"] for kind in ("LV2", "VST3")]
+    assert [row[1:] for row in reported if row[0] == "preset"] == [[kind, "true", "true"] for kind in ("LV2", "VST3")]
     names = [p.name for p in PARAMETERS]
     automatic = [p.name for p in PARAMETERS if p.symbol not in NO_PROGRAM]
     for kind, inputs in (("LV2", [*names, "Freewheeling"]), ("VST3", automatic)):
-        found = [row[1:] for row in told if row[0] == kind]
+        found = [row[1:] for row in reported if row[0] == kind]
         assert found == [*([name, "true"] for name in inputs), ["Overload", "false"]]
 
     for snapshot in ("plain", "moved"):

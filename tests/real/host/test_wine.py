@@ -18,7 +18,7 @@ import pytest
 from support.clap import Plugin
 from support.jack import wait_for
 from support.places import SUPPORT
-from support.plugins import MOST_BYTES, PRESETS
+from support.plugins import MAX_BYTES, PRESETS
 from support.screen import SIZE, WholeScreen, hand, needs_screen, running_screen
 from support.window import Window, different
 from support.wine import PATIENCE, WINDOWS, needs_wine, place, program, run, running_wine
@@ -75,7 +75,7 @@ def programs(wine: Path) -> dict[str, list[Any]]:
 
 def test_the_binary_is_small_exports_its_entries_alone_and_needs_what_windows_has(bundles: dict[str, Path]) -> None:
     file = bundles[f"clap-{WINDOWS.name}"] / clap.BINARY
-    assert file.stat().st_size < MOST_BYTES
+    assert file.stat().st_size < MAX_BYTES
     listed = run("objdump", "-p", file)
     exported = set(re.findall(r"^\s*\[ *\d+\] (?:\+base\[ *\d+\] +[0-9a-f]+ )?(\w+)$", listed, re.MULTILINE))
     assert exported == {"GetPluginFactory", "InitDll", "ExitDll", "clap_entry", "lv2_descriptor", "lv2ui_descriptor"}
@@ -196,8 +196,8 @@ def test_its_window_is_that_of_linux_and_takes_a_hand(
         for step in (10, 20, 30):
             hand("mousemove", x + scale * step, y)
         hand("mouseup", 1)
-        told = [line.split() for line in host.until(f"end {GAIN}")]
-        begin, *moves, end = [words for words in told if words[1:2] == [str(GAIN)]]
+        reported = [line.split() for line in host.until(f"end {GAIN}")]
+        begin, *moves, end = [words for words in reported if words[1:2] == [str(GAIN)]]
         assert begin[0] == "begin" and end[0] == "end" and {words[0] for words in moves} == {"value"}
         values = [float(words[2]) for words in moves]
         assert len(values) > 1 and values == sorted(values) and -60 < values[0] < values[-1] < -1

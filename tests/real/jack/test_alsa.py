@@ -64,7 +64,7 @@ def played() -> Iterator[tuple[Synth, MidiPort]]:
     port.close()
 
 
-def arrived(synth: Synth) -> list[list[int]]:
+def waiting_messages(synth: Synth) -> list[list[int]]:
     return [message for _, *message in unread(synth.rings[0])]
 
 
@@ -88,8 +88,8 @@ def test_a_keyboard_comes_goes_and_returns(played: tuple[Synth, MidiPort]) -> No
         keyboard = Keyboard("test-keys")
         assert port.look() == f"MIDI: test-keys:out {keyboard.address} is {there}"
         keyboard.send(ON, [0xF0, 1, 2, 0xF7], [0xF8], [0xFE], [0xC0, 3], OFF)
-        wait_for(lambda: OFF in arrived(synth))
-        assert arrived(synth) == [ON, [0xC0, 3, 0], OFF]
+        wait_for(lambda: OFF in waiting_messages(synth))
+        assert waiting_messages(synth) == [ON, [0xC0, 3, 0], OFF]
         name = port.name
         keyboard.unplug()
         assert port.look() == f"MIDI: {name} is gone, waiting for it"
@@ -106,15 +106,15 @@ def test_two_keyboards_one_connected_by_hand(played: tuple[Synth, MidiPort]) -> 
     for key in range(100):
         one.send([0x90, key, 1])
         two.send([0x90, key, 2])
-    wait_for(lambda: len(arrived(synth)) == 200)
+    wait_for(lambda: len(waiting_messages(synth)) == 200)
     for velocity in (1, 2):
-        assert [key for _, key, v in arrived(synth) if v == velocity] == list(range(100))
+        assert [key for _, key, v in waiting_messages(synth) if v == velocity] == list(range(100))
     pop_messages(synth.rings[0])
     connect(one.address, virtual_port())
     assert "connected to the virtual port" in (port.look() or "")
     one.send(ON, OFF)
-    wait_for(lambda: OFF in arrived(synth))
-    assert arrived(synth) == [ON, OFF], "once"
+    wait_for(lambda: OFF in waiting_messages(synth))
+    assert waiting_messages(synth) == [ON, OFF], "once"
     connect("-d", one.address, virtual_port())
     assert "test-one" in (port.look() or "")
     one.unplug()
@@ -128,7 +128,7 @@ def test_a_port_closes_while_messages_come() -> None:
         for _ in range(20):
             synth = Synth(48000)
             port = MidiPort(synth, "test-flood", 64)
-            wait_for(lambda synth=synth: arrived(synth))  # type: ignore[misc]
+            wait_for(lambda synth=synth: waiting_messages(synth))  # type: ignore[misc]
             port.close()
     finally:
         flood.kill()

@@ -25,7 +25,7 @@ LIFE = "900"  # s, longest life of a server
 
 
 @contextmanager
-def started(*command: str) -> Iterator[subprocess.Popen[bytes]]:
+def start(*command: str) -> Iterator[subprocess.Popen[bytes]]:
     """A server and its children, ended by their process group."""
     process = subprocess.Popen(
         ["timeout", LIFE, *command], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -82,16 +82,16 @@ PULSEAUDIO = (
 def pipewire() -> Iterator[None]:
     """PipeWire with its session manager, without a PulseAudio server yet."""
     needed = ("pipewire", "wireplumber", "pipewire-pulse", "pw-jack", "pw-metadata", "pactl", "dbus-run-session")
-    with folder(*needed), started("pipewire"):
+    with folder(*needed), start("pipewire"):
         wait_for(lambda: does("pw-cli", "info", "0"))
-        with started("dbus-run-session", "--", "wireplumber"):
+        with start("dbus-run-session", "--", "wireplumber"):
             yield
 
 
 @contextmanager
 def pulse(*command: str) -> Iterator[subprocess.Popen[bytes]]:
     """A server of the PulseAudio kind."""
-    with started(*command) as process:
+    with start(*command) as process:
         wait_for(lambda: does("pactl", "info"))
         yield process
 

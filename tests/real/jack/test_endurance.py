@@ -13,7 +13,7 @@ from support.places import TOOLS
 
 PROGRAM = """
 import endurance
-endurance.WARM_UP, endurance.CYCLES, endurance.LEAST_PHASE = {warm_up}, {cycles}, 0.5
+endurance.WARM_UP, endurance.CYCLES, endurance.MIN_PHASE = {warm_up}, {cycles}, 0.5
 endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
 """
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from support.jack import wait_for
 from support.needs import tool
-from support.plugins import no_instruments_of_the_user, written  # noqa: F401
+from support.plugins import no_instruments_of_the_user, write_bundle  # noqa: F401
 from support.screen import hand, needs_screen, running_screen
 
 from livebass.lab.bench.jack import MidiProbe, end_process, new_client
@@ -29,7 +29,7 @@ LOWEST_STRING = (200, 196)  # px in the window, which is in the corner
 def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, tmp_path: Path) -> None:
     needs_screen()
     tool("jalv.gtk3", "LV2")
-    bundles = written(lv2, tmp_path / "livebass.lv2").parent
+    bundles = write_bundle(lv2, tmp_path / "livebass.lv2").parent
     ears, peaks, midi = new_client("ears"), [0.0], MidiProbe()
     heard = ears.inports.register("in")
     ears.set_process_callback(lambda _: peaks.append(float(np.abs(heard.get_array()).max())))

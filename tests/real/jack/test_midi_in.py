@@ -18,10 +18,10 @@ import pytest
 import soundfile
 from support.fakejack import RATE
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
-from support.live import OFF, ON, arrived
+from support.live import OFF, ON, waiting_messages
 
 from livebass.lab.bench.jack import new_client
-from livebass.live.lost import MidiLost
+from livebass.live.device_errors import MidiLost
 from livebass.live.midi import MidiPort, port_names
 from livebass.live.synth import Synth
 
@@ -74,11 +74,11 @@ class Source:
 
     def reach(self, synth: Synth, message: list[int]) -> None:
         """Sends `message` until it arrives: a server drops input during the cycle that connects two ports."""
-        before = len(arrived(synth))
+        before = len(waiting_messages(synth))
         for _ in range(20):
             self.send(message)
             with contextlib.suppress(AssertionError):
-                return wait_for(lambda: len(arrived(synth)) > before, PATIENCE / 20)
+                return wait_for(lambda: len(waiting_messages(synth)) > before, PATIENCE / 20)
         raise AssertionError("waited in vain")
 
     def unplug(self) -> None:
@@ -100,9 +100,13 @@ def test_notes_arrive(source: Source) -> None:
         assert "test-keys" in port.name
         source.reach(synth, ON)
         source.send([0xF0, 1, 2, 0xF7], [0xF8], [0xC0, 3], OFF)
-        wait_for(lambda: OFF in arrived(synth))
+        wait_for(lambda: OFF in waiting_messages(synth))
         # a server that waits in vain for a client repeats that client's last data
-        heard = [m for m, before in zip(arrived(synth), [None, *arrived(synth)], strict=False) if m != before]
+        heard = [
+            m
+            for m, before in zip(waiting_messages(synth), [None, *waiting_messages(synth)], strict=False)
+            if m != before
+        ]
         assert heard == [ON, [0xC0, 3, 0], OFF]
     finally:
         port.close()
@@ -120,12 +124,12 @@ def test_unplugged_and_plugged_again(source: Source) -> None:
         wait_for(lambda: not port_names())
         assert port.look() == f"MIDI: {name} is gone, waiting for it"
         ended = [[0xB0 | channel, 123, 0] for channel in range(16)]
-        assert all(message in arrived(synth) for message in ended), "keys that were held"
+        assert all(message in waiting_messages(synth) for message in ended), "keys that were held"
         assert port.look() is None
         again = Source()
         assert port.look() == f"MIDI: {name} is back"
         again.reach(synth, ON)
-        assert arrived(synth)[-1] == ON
+        assert waiting_messages(synth)[-1] == ON
     finally:
         port.close()
         if again:
@@ -145,7 +149,7 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
         source = Source()
         assert "test-keys" in (port.look() or "") and "test-keys" in port.name
         source.reach(synth, ON)
-        assert all(message == ON for message in arrived(synth))
+        assert all(message == ON for message in waiting_messages(synth))
     finally:
         port.close()
         if source:
@@ -172,11 +176,11 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
         assert port.look() is None and port.name == "virtual port livebass"
         heard: list[list[int]] = []
         for _ in range(20):  # a server that waits in vain for a client repeats that client's last data
-            before = len(arrived(synth))
+            before = len(waiting_messages(synth))
             source.send(ON, OFF)
-            wait_for(lambda before=before: OFF in arrived(synth)[before:])  # type: ignore[misc]
+            wait_for(lambda before=before: OFF in waiting_messages(synth)[before:])  # type: ignore[misc]
             time.sleep(0.2)
-            heard = arrived(synth)[before:]
+            heard = waiting_messages(synth)[before:]
             if heard == [ON, OFF]:
                 break
         assert heard == [ON, OFF]
@@ -197,7 +201,7 @@ def test_jack_needs_no_other_library(source: Source, monkeypatch: pytest.MonkeyP
     try:
         assert port.name == "test-keys:out"
         source.reach(synth, ON)
-        assert all(message == ON for message in arrived(synth))
+        assert all(message == ON for message in waiting_messages(synth))
     finally:
         port.close()
 

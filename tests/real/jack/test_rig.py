@@ -16,7 +16,7 @@ from support.remote import Remote
 from support.terminal import InTerminal
 
 from livebass import load_preset
-from livebass.cli.remembered import load, settings_file
+from livebass.cli.play_settings import load, settings_file
 from livebass.lab.bench.jack import new_client
 from livebass.live.osc import OscLost
 from livebass.live.session import Session
@@ -53,17 +53,17 @@ def test_a_client_of_its_own_name_that_connects_nothing(server: SimpleNamespace,
 def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) -> None:
     """A loop outside the file, and a port of another program; the client is closed."""
     looker = new_client("looker")
-    usual = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, client="refused",
+    default = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, client="refused",
                      read=lambda rate: score_of([(0.0, 1.0, 33, 100)], rate))  # fmt: skip
     try:
         with pytest.raises(ValueError, match=r"within the 1\.0 s"):
-            Session(replace(usual, loop=(5.0, 9.0))).run()
+            Session(replace(default, loop=(5.0, 9.0))).run()
         pytest.importorskip("pythonosc")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
             taken.bind(("127.0.0.1", 0))
             port = taken.getsockname()[1]
             with pytest.raises(OscLost, match=f"--osc {port}"):
-                Session(replace(usual, osc=port)).run()
+                Session(replace(default, osc=port)).run()
         assert not looker.get_ports("^refused")
     finally:
         looker.close()

@@ -45,14 +45,14 @@ def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: P
         with firefox(tmp_path / "profile") as page:
             page.get(address)
 
-            def told(place: str) -> str:
+            def reported(place: str) -> str:
                 return page.run(f"Promise.resolve(document.getElementById('{place}').textContent)")
 
-            wait(lambda: "plays, in livebass play" in told("said"))
+            wait(lambda: "plays, in livebass play" in reported("said"))
             seen: set[str] = set()
-            wait(lambda: seen.add(told("seen")[:8]) or seen >= {f"{name} string" for name in "EADG"})
+            wait(lambda: seen.add(reported("seen")[:8]) or seen >= {f"{name} string" for name in "EADG"})
             process.send_signal(signal.SIGINT)
-            wait(lambda: "play has ended" in told("said"))
+            wait(lambda: "play has ended" in reported("said"))
         _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0 and "Traceback" not in said, said
     finally:

@@ -46,7 +46,7 @@ pytestmark = [
 def program() -> str:
     """The kernels' IR."""
     text = re.sub(r"@lb_(\w+)", rf"@lb_\1{suffix(LEVEL)}", emitter.program())
-    return str(emitter.parsed(text, LEVEL)[1])
+    return str(emitter.parse_ir(text, LEVEL)[1])
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.sweeps import COUNT, finished, gone, kept, paused, same, sweeping, swept, until
+from support.sweeps import COUNT, finish, has_ended, keep, paused, same, sweeping, swept, until
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,8 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
         process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address, pause=2))
         paused(process)
         victim.kill()
-        until(lambda: gone(victim))
-        assert len(kept(directory)) == 2 < COUNT
+        until(lambda: has_ended(victim))
+        assert len(keep(directory)) == 2 < COUNT
         process.send_signal(signal.SIGCONT)
-        assert f"to compute on {cluster.scheduler_address}" in finished(process)
+        assert f"to compute on {cluster.scheduler_address}" in finish(process)
     same(directory, undisturbed)

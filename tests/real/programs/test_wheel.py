@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from support.places import ROOT
-from support.plugins import MOST_BYTES
+from support.plugins import MAX_BYTES
 
 from livebass.compiling import ENTRIES, emitter, store
 from livebass.plugin.build import LIBRARY, name_of, object_name
@@ -42,7 +42,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "installed"
 
 
-def built(installed: Path, kind: str) -> list[Path]:
+def build(installed: Path, kind: str) -> list[Path]:
     return sorted((installed / "livebass" / "built").glob(f"{kind}*"))
 
 
@@ -54,16 +54,16 @@ def test_what_it_needs_has_no_compiler(installed: Path) -> None:
 
 def test_a_library_for_each_level_and_the_plugins(installed: Path) -> None:
     levels = [level for level, kind in emitter.LEVELS.items() if kind.machine == platform.machine()]
-    names = [path.name for path in built(installed, "kernels-")]
+    names = [path.name for path in build(installed, "kernels-")]
     libraries = [f"kernels-{store.digest()}-{level}.so" for level in levels]
     assert names == sorted([*libraries, f"kernels-{store.digest()}-wasm32.wasm"])
-    assert [path.name for path in built(installed, "plugin-")] == [name_of(SYSTEMS[SYSTEM])]
+    assert [path.name for path in build(installed, "plugin-")] == [name_of(SYSTEMS[SYSTEM])]
 
 
 def test_libraries_are_small_and_know_nothing_of_python(installed: Path) -> None:
-    for path in built(installed, ""):
+    for path in build(installed, ""):
         code = store.whole(path)
-        assert code is not None and len(code) < MOST_BYTES, path
+        assert code is not None and len(code) < MAX_BYTES, path
         for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
             assert word not in code, word
         if path.name.startswith("kernels-") and path.suffix == ".so":
@@ -74,7 +74,7 @@ def test_libraries_are_small_and_know_nothing_of_python(installed: Path) -> None
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_library_is_the_same_in_any_folder_and_names_none(name: str, tmp_path: Path) -> None:
     system = SYSTEMS[name]
-    code = emitter.assembled(emitter.optimised(KERNEL, system.levels[0])[0], system.levels[0], system.triple)
+    code = emitter.assemble(emitter.optimise(KERNEL, system.levels[0])[0], system.levels[0], system.triple)
     made = []
     for place in ("here", "other place"):
         folder = tmp_path / place
@@ -142,5 +142,5 @@ def test_it_exports_without_a_compiler(installed: Path, tmp_path: Path, kind: st
     written = [entry for entry in tmp_path.iterdir() if entry.name != "home"]
     (made,) = written
     if made.is_dir():
-        binary = store.whole(built(installed, "plugin-")[0])
+        binary = store.whole(build(installed, "plugin-")[0])
         assert binary in [file.read_bytes() for file in made.rglob("livebass.*") if file.is_file()]

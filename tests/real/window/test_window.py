@@ -22,7 +22,7 @@ from support.clap import RELIEF, Plugin, counting_host, function, midi, note_on,
 from support.drag import dropped
 from support.jack import wait_for
 from support.picture import SongView
-from support.plugins import PRESETS, RATE, mono, written
+from support.plugins import PRESETS, RATE, mono, write_bundle
 from support.screen import Screen, hand, needs_screen, running_screen
 from support.states import file_of
 from support.window import GUI, WINDOW, Window, different
@@ -69,7 +69,7 @@ def screen_name() -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(clap, tmp_path_factory.mktemp("window") / "livebass")
+    return write_bundle(clap, tmp_path_factory.mktemp("window") / "livebass")
 
 
 def own_cabinet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -82,7 +82,7 @@ def own_cabinet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @contextmanager
-def opened(folder: Path, scale: float = 1.0, top: int = 0) -> Iterator[tuple[Plugin, Window]]:
+def open_page(folder: Path, scale: float = 1.0, top: int = 0) -> Iterator[tuple[Plugin, Window]]:
     with closing(Plugin(folder)) as plugin, closing(Window(plugin, scale, top)) as window:
         yield plugin, window
 
@@ -138,7 +138,7 @@ def test_in_no_window_of_the_host_there_is_none(screen_name: str, folder: Path) 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])
 def test_a_string_that_is_struck_is_seen_to_move(screen_name: str, folder: Path, scale: float) -> None:
-    with opened(folder, scale) as (plugin, window):
+    with open_page(folder, scale) as (plugin, window):
         plugin.block(512)
         time.sleep(0.2)
         rest = window.picture()
@@ -148,25 +148,25 @@ def test_a_string_that_is_struck_is_seen_to_move(screen_name: str, folder: Path,
         wait_for(lambda: different(window.picture(), rest) > 300 * scale)
 
 
-def heard(plugin: Plugin, condition: Callable[[], Any]) -> None:
+def listen(plugin: Plugin, condition: Callable[[], Any]) -> None:
     """Plays blocks until a condition holds."""
     wait_for(lambda: (plugin.block(64), condition())[1])
 
 
 def test_sliders_tell_the_host_what_a_hand_does(screen_name: str, folder: Path) -> None:
     """A drag begins, moves and ends a gesture; the plugin has the value too."""
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         plugin.block(64)
-        plugin.told.clear()
+        plugin.reported.clear()
         hand(*DRAG)
-        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
+        listen(plugin, lambda: (GAIN, END) in plugin.gestures)
         assert plugin.gestures == [(GAIN, BEGIN), (GAIN, END)]
-        assert plugin.value(GAIN) == pytest.approx([wanted for param, wanted in plugin.told if param == GAIN][-1])
+        assert plugin.value(GAIN) == pytest.approx([wanted for param, wanted in plugin.reported if param == GAIN][-1])
         assert plugin.value(GAIN) < -1
 
 
 def test_a_press_on_the_neck_plays_that_string(screen_name: str, folder: Path) -> None:
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         plugin.block(64)
         assert not plugin.block(2048).any()
         hand("mousemove", *LOWEST_STRING, "mousedown", 1)
@@ -175,7 +175,7 @@ def test_a_press_on_the_neck_plays_that_string(screen_name: str, folder: Path) -
 
 
 def test_it_is_resized_within_what_the_picture_takes(screen_name: str, folder: Path) -> None:
-    with opened(folder) as (_, window):
+    with open_page(folder) as (_, window):
         assert window.gui.can_resize(window.handle)
         assert window.gui.set_size(window.handle, 1200, 600) and window.size() == (1200, 600)
         wait_for(lambda: window.screen.children() == 1)
@@ -187,7 +187,7 @@ def test_it_is_resized_within_what_the_picture_takes(screen_name: str, folder: P
 
 def test_a_host_that_takes_its_window_away_first_goes_on(screen_name: str, folder: Path) -> None:
     """X11 answers calls on a destroyed window with errors that end a program."""
-    with opened(folder) as (plugin, window):
+    with open_page(folder) as (plugin, window):
         window.screen.destroy_window()
         for _ in range(10):
             plugin.block(512, [note_on(33, 1.0)])
@@ -202,14 +202,14 @@ def test_the_handler_of_errors_stays_the_hosts(screen_name: str, folder: Path) -
     mine = c.CFUNCTYPE(c.c_int, P, P)(lambda _, error: 0)
     before = x.XSetErrorHandler(mine)
     try:
-        with opened(folder):
+        with open_page(folder):
             assert x.XSetErrorHandler(mine) == c.cast(mine, P).value
     finally:
         x.XSetErrorHandler(P(before))
 
 
 def test_two_windows_and_changes_of_bass(screen_name: str, folder: Path) -> None:
-    with opened(folder) as (one, first), opened(folder, top=600) as (two, second):
+    with open_page(folder) as (one, first), open_page(folder, top=600) as (two, second):
         pictures = []
         for bass in (0, 1):
             for plugin in (one, two):
@@ -231,7 +231,7 @@ RUN_LOOP = "18C3536697764F1A9C5B83857A871389"
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Path, timed: bool) -> None:
     """By the timer of the host's run loop; without one, the window's own thread tells the host."""
-    bundle = written(vst3_plugin, tmp_path / "livebass.vst3")
+    bundle = write_bundle(vst3_plugin, tmp_path / "livebass.vst3")
     timers: list[int] = []
     no = c.CFUNCTYPE(vst3.I32, P, P, vst3.I32)(lambda *_: -1)
     loop = vst3.answering(
@@ -292,7 +292,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
 ) -> None:
     """Atoms carry the view; a hand sends back values and atoms; without a window nothing is sent."""
     file = own_cabinet(tmp_path, monkeypatch)
-    bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
+    bundle = write_bundle(lv2_plugin, tmp_path / "livebass.lv2")
     listed = (bundle / "instruments.txt").read_text().split()
     (bundle / "instruments.txt").write_text("\n".join([listed[0], f"{listed[1]} studio", *listed[2:]]) + "\n")
     with closing(lv2.Plugin(bundle)) as plugin:
@@ -376,24 +376,24 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
             wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
 
-            def told(uri: str) -> list[bytes]:
+            def reported(uri: str) -> list[bytes]:
                 """The bodies of the atoms of one type that it sent."""
                 number = plugin.number(f"urn:livebass:bass#{uri}")
                 return [data[8:] for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number]
 
-            assert not told("sides")
+            assert not reported("sides")
             hand("mousemove", *SIDE_B, "click", 1)
-            wait_for(lambda: idle.idle(handle) == 0 and told("sides"))
-            sides = np.frombuffer(told("sides")[-1], "f8")
+            wait_for(lambda: idle.idle(handle) == 0 and reported("sides"))
+            sides = np.frombuffer(reported("sides")[-1], "f8")
             gains = [np.frombuffer(data, "f4")[0] for port, form, data in sent if not form and port == 2]
             gain = [value for value in gains if value != 0.0][-1]  # side B has 0 dB
-            assert told("sides")[-1][:8] == (1).to_bytes(8, "little") and sides[1 + GAIN] == pytest.approx(gain)
+            assert reported("sides")[-1][:8] == (1).to_bytes(8, "little") and sides[1 + GAIN] == pytest.approx(gain)
             sent.clear()
             atom = np.array([sides.nbytes, plugin.number("urn:livebass:bass#sides")], "u4").tobytes()
             ui.port_event(handle, LOOK_PORT, 8 + sides.nbytes, transfer, atom + bytes(8) + sides[1:].tobytes())
             hand("mousemove", *SIDE_B, "click", 1)
-            wait_for(lambda: idle.idle(handle) == 0 and told("sides"))
-            assert [body[:8] for body in told("sides")] == [(1).to_bytes(8, "little")], (
+            wait_for(lambda: idle.idle(handle) == 0 and reported("sides"))
+            assert [body[:8] for body in reported("sides")] == [(1).to_bytes(8, "little")], (
                 "the plugin had said that it is A"
             )
             sent.clear()
@@ -406,19 +406,19 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
             run(512)
             ui.port_event(handle, LOOK_PORT, 8 + LOOK.itemsize, transfer, look_atom(looks[-1]))
             wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
-            told_ports = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
-            assert told_ports == {TECHNIQUE: PICKED}
+            reported_ports = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
+            assert reported_ports == {TECHNIQUE: PICKED}
             name = b"Of the session".ljust(64, b"\0")
             atom = np.array([len(name), plugin.number("urn:livebass:bass#response")], "u4").tobytes() + name
             ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
             hand(*TONE_PAGE, *CABINETS, 620, 385, "click", 1)
-            wait_for(lambda: idle.idle(handle) == 0 and told("response") == [f"{file}\0".encode()])
+            wait_for(lambda: idle.idle(handle) == 0 and reported("response") == [f"{file}\0".encode()])
             hand("mousemove", *UNDO, "click", 1)
-            wait_for(lambda: idle.idle(handle) == 0 and told("response")[1:] == [b":Of the session\0"])
+            wait_for(lambda: idle.idle(handle) == 0 and reported("response")[1:] == [b":Of the session\0"])
             file = song(tmp_path)
             assert dropped(file, *LOWEST_STRING)
-            wait_for(lambda: idle.idle(handle) == 0 and told("song"))
-            assert told("song") == [(3).to_bytes(4, "little") + f"{file}\0".encode()]
+            wait_for(lambda: idle.idle(handle) == 0 and reported("song"))
+            assert reported("song") == [(3).to_bytes(4, "little") + f"{file}\0".encode()]
             number = plugin.number("urn:livebass:bass#song")
             play_atoms([data for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number])
             bare, shown = screen.picture(900, 460), list[bytes]()
@@ -449,17 +449,17 @@ def learned_by(plugin: Plugin, controller: int, amount: int) -> float:
 
 def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
     """The host hears of every change; a learned controller is kept in a state."""
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         plugin.block(64)
         hand("mousemove", *SLIDER, "click", 1)
-        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
+        listen(plugin, lambda: (GAIN, END) in plugin.gestures)
         moved = plugin.value(GAIN)
         assert moved < -5
         for place, wanted in ((SIDE_B, 0.0), (SIDE_A, moved), (UNDO, 0.0)):
             hand("mousemove", *place, "click", 1)
-            heard(plugin, lambda wanted=wanted: plugin.value(GAIN) == wanted and plugin.told[-1] == (GAIN, wanted))
+            listen(plugin, lambda wanted=wanted: plugin.value(GAIN) == wanted and plugin.reported[-1] == (GAIN, wanted))
         hand(*LEARN)
-        heard(plugin, lambda: learned_by(plugin, 20, 127) == pytest.approx(0) and learned_by(plugin, 20, 64) < -5)
+        listen(plugin, lambda: learned_by(plugin, 20, 127) == pytest.approx(0) and learned_by(plugin, 20, 64) < -5)
         learned = plugin.value(GAIN)
         with closing(Plugin(folder)) as other:
             assert other.load(plugin.save())
@@ -486,7 +486,7 @@ def test_the_link_of_a_page_is_pasted_from_the_clipboard(screen_name: str, folde
     """The host is told; a clipboard without text or without a link changes nothing."""
     pytest.importorskip("tkinter")
     action, gauge = (next(p.number for p in PARAMETERS if p.symbol == name) for name in ("action", "gauge"))
-    with opened(folder) as (plugin, window):
+    with open_page(folder) as (plugin, window):
         plugin.block(64)
         bare = window.picture()
         hand("mousemove", *PASTE, "click", 1)
@@ -498,13 +498,13 @@ def test_the_link_of_a_page_is_pasted_from_the_clipboard(screen_name: str, folde
                 assert owner.stdout and owner.stdout.readline() == b"ready\n"
                 hand("mousemove", *PASTE, "click", 1)
                 if text == link:
-                    heard(plugin, lambda: plugin.value(action) == -0.9)
+                    listen(plugin, lambda: plugin.value(action) == -0.9)
                 time.sleep(0.2)
                 owner.terminate()
-        heard(plugin, lambda: (gauge, END) in plugin.gestures)
+        listen(plugin, lambda: (gauge, END) in plugin.gestures)
         assert [plugin.value(k) for k in (action, gauge, BASS)] == [-0.9, 10, 1]
         hand("mousemove", *UNDO, "click", 1)
-        heard(plugin, lambda: [plugin.value(k) for k in (action, gauge, BASS)] == [0, 0, 0])
+        listen(plugin, lambda: [plugin.value(k) for k in (action, gauge, BASS)] == [0, 0, 0])
 
 
 def test_sounds_are_saved_and_loaded(
@@ -512,29 +512,29 @@ def test_sounds_are_saved_and_loaded(
 ) -> None:
     """Loading sends the host every changed value; Undo reverts it; the audio thread is not disturbed."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         plugin.block(64)
         hand("mousemove", *SLIDER, "click", 1)
-        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
+        listen(plugin, lambda: (GAIN, END) in plugin.gestures)
         moved = plugin.value(GAIN)
         hand("mousemove", *SAVE, "click", 1)  # it asks for a name
         hand("click", 1)
         wait_for(lambda: [file.name for file in (tmp_path / "livebass").glob("*")] == [f"{TITLES[0]} 1.toml"])
         hand("mousemove", *NEXT, "click", 1, "click", 1)  # after the last sound come the basses
-        heard(plugin, lambda: plugin.value(BASS) == 1 and plugin.told[-1] == (BASS, 1))
+        listen(plugin, lambda: plugin.value(BASS) == 1 and plugin.reported[-1] == (BASS, 1))
         hand("mousemove", *SIDE_B, "click", 1)
-        heard(plugin, lambda: plugin.value(GAIN) == 0 and plugin.told[-1] == (GAIN, 0))
-        plugin.told.clear()
+        listen(plugin, lambda: plugin.value(GAIN) == 0 and plugin.reported[-1] == (GAIN, 0))
+        plugin.reported.clear()
         plugin.gestures.clear()
         hand("mousemove", *TITLE, "click", 1)
         time.sleep(0.2)
         hand("mousemove", *FIRST_SOUND, "click", 1)
-        heard(plugin, lambda: len(plugin.gestures) == 4)
-        assert sorted(plugin.told[:2]) == [(GAIN, pytest.approx(moved)), (BASS, 0)]
+        listen(plugin, lambda: len(plugin.gestures) == 4)
+        assert sorted(plugin.reported[:2]) == [(GAIN, pytest.approx(moved)), (BASS, 0)]
         assert plugin.gestures == [(GAIN, BEGIN), (GAIN, END), (BASS, BEGIN), (BASS, END)]
         assert (plugin.value(GAIN), plugin.value(BASS)) == (moved, 0)
         hand("mousemove", *UNDO, "click", 1)
-        heard(plugin, lambda: (plugin.value(GAIN), plugin.value(BASS)) == (0, 1))
+        listen(plugin, lambda: (plugin.value(GAIN), plugin.value(BASS)) == (0, 1))
 
 
 def test_the_zoom_is_kept_for_the_next_window(
@@ -542,7 +542,7 @@ def test_the_zoom_is_kept_for_the_next_window(
 ) -> None:
     """It opens larger; a damaged file counts as 100 %."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with opened(folder) as (_, window):
+    with open_page(folder) as (_, window):
         assert window.size() == (900, 460)
         before = window.picture()
         hand("mousemove", *ZOOM, "click", 1)
@@ -550,19 +550,19 @@ def test_the_zoom_is_kept_for_the_next_window(
     assert (tmp_path / "livebass" / "window.txt").read_text() == "125\n"
     for text, size in (("125\n", (1125, 575)), ("200", (1800, 920)), ("x", (900, 460)), ("10", (900, 460))):
         (tmp_path / "livebass" / "window.txt").write_text(text)
-        with opened(folder) as (_, window):
+        with open_page(folder) as (_, window):
             assert window.size() == size, text
 
 
 def test_a_value_is_typed_with_the_keyboard(screen_name: str, folder: Path) -> None:
     """The window takes the focus for that, and gives it back; before and after, keys are the host's."""
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         plugin.block(64)
         hand("key", "7")
         hand("mousemove", SLIDER[0] + 160, SLIDER[1] - 14, "click", 1)
         time.sleep(0.2)
         hand("key", "minus", "1", "2", "Return")
-        heard(plugin, lambda: (GAIN, END) in plugin.gestures and plugin.value(GAIN) == -12)
+        listen(plugin, lambda: (GAIN, END) in plugin.gestures and plugin.value(GAIN) == -12)
         time.sleep(0.2)
         hand("key", "minus", "3", "Return")
         time.sleep(0.2)
@@ -575,7 +575,7 @@ def test_a_cabinet_is_chosen_in_the_window(
 ) -> None:
     """On the page Tone, from the files in the user's folder; the state keeps it until none is chosen; Undo."""
     own_cabinet(tmp_path, monkeypatch)
-    with opened(folder) as (plugin, _):
+    with open_page(folder) as (plugin, _):
         before = plugin.save()
         hand(*TONE_PAGE, *CABINETS, 620, 385, "click", 1)
         wait_for(lambda: len(plugin.save()) > len(before))
@@ -593,7 +593,7 @@ def test_a_cabinet_and_a_sound_are_dropped_on_the_window(
 ) -> None:
     """Other drags are refused; a file that cannot be used is told of; Undo brings back what was."""
     cabinet = own_cabinet(tmp_path, monkeypatch)
-    with opened(folder) as (plugin, window):
+    with open_page(folder) as (plugin, window):
         plugin.block(64)
         before, bare = plugin.save(), window.picture()
         assert not dropped(cabinet, *LOWEST_STRING, ("text/plain", "text/html"))
@@ -604,9 +604,9 @@ def test_a_cabinet_and_a_sound_are_dropped_on_the_window(
         sound = tmp_path / "a + b 100%.toml"
         sound.write_text(f'like = "{PRESETS[1]}"\n[bench]\naction = -0.5\n')
         assert dropped(sound, *LOWEST_STRING)
-        heard(plugin, lambda: plugin.value(BASS) == 1)
+        listen(plugin, lambda: plugin.value(BASS) == 1)
         hand("mousemove", *UNDO, "click", 1)
-        heard(plugin, lambda: plugin.value(BASS) == 0)
+        listen(plugin, lambda: plugin.value(BASS) == 0)
         time.sleep(4.2)  # notices go
         bare = window.picture()
         assert dropped(tmp_path / "none.wav", *LOWEST_STRING)
@@ -631,7 +631,7 @@ def test_a_midi_file_dropped_on_the_window_plays_as_rendered(screen_name: str, f
     file = song(tmp_path)
     score = read_score(file, RATE)
     wanted = mono(PRESETS[0], score)[: score.end_frame]
-    with opened(folder) as (plugin, window):
+    with open_page(folder) as (plugin, window):
         plugin.set(RELIEF, 0.0)
         bare = window.picture()
         assert dropped(file, *LOWEST_STRING)
@@ -642,7 +642,7 @@ def test_a_midi_file_dropped_on_the_window_plays_as_rendered(screen_name: str, f
         plugin.block(4096)
         for press in ("click", "click"):  # again, and stop
             hand("mousemove", *SONG_PLAY, press, 1)
-            heard(plugin, lambda: True)
+            listen(plugin, lambda: True)
             time.sleep(0.2)
         hand("mousemove", *SONG_CROSS, "click", 1)
         wait_for(lambda: different(window.picture()[74:98], bare[74:98]) < 100)

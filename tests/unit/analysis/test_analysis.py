@@ -27,7 +27,7 @@ from livebass.sound.analysis import (
     loudness,
     partial,
     relative_variation,
-    resampled,
+    resample,
     spectrogram,
     spectrogram_db,
 )
@@ -61,7 +61,7 @@ def test_spectrogram_levels() -> None:
 @pytest.mark.parametrize("rate", [44_100, 48_000, 96_000])
 def test_the_characteristic_frequency_at_the_rate_of_the_paper(rate: int) -> None:
     """Two sines, amplitudes 2 and 1: eq. 14 gives (4 nu_1 + nu_2) / 5, whatever the rate of the file."""
-    sound = resampled(2 * sine(1000, 0.4, rate) + sine(6000, 0.4, rate), rate)
+    sound = resample(2 * sine(1000, 0.4, rate) + sine(6000, 0.4, rate), rate)
     assert sound.size == pytest.approx(0.4 * PAPER_RATE, abs=1)
     inner = characteristic_frequencies(sound, PAPER_RATE)[2:-3]
     np.testing.assert_allclose(inner, 2000, rtol=2e-3)
@@ -131,14 +131,14 @@ def test_a_decaying_partial_beside_another() -> None:
 def test_the_pitch_of_a_glide_and_of_noise() -> None:
     t = np.arange(RATE) / RATE
     sound = np.sin(2 * np.pi * (98 * t + 3 * (1 - np.exp(-8 * t)) / 8))  # 98 + 3 exp(-8 t) Hz
-    pitch = fundamental(sound, RATE, least=60)
+    pitch = fundamental(sound, RATE, minimum=60)
     expected = 98 + 3 * np.exp(-8 * pitch.time_s)
     np.testing.assert_allclose(pitch.frequency_hz, expected, rtol=1e-3)
     np.testing.assert_allclose(relative_variation(pitch.frequency_hz, 98), expected / 98 - 1, atol=1e-3)
     noise = fundamental(np.random.default_rng(1).normal(size=RATE), RATE)
     assert np.isnan(noise.frequency_hz).mean() > 0.95
     assert np.isnan(fundamental(np.zeros(RATE), RATE).frequency_hz).all()
-    for wrong in ({"least": 0}, {"least": 600}, {"most": 20_000}):
+    for wrong in ({"minimum": 0}, {"minimum": 600}, {"maximum": 20_000}):
         with pytest.raises(ValueError, match="range of the pitch must be"):
             fundamental(sound, RATE, **wrong)
     with pytest.raises(ValueError, match="at least"):

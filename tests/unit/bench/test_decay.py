@@ -72,7 +72,7 @@ def test_recordings_in_a_folder(tmp_path: Path) -> None:
 
 
 @cache
-def heard(name: str) -> tuple[Floats, Floats]:
+def listen(name: str) -> tuple[Floats, Floats]:
     """T60 (s) by octave of a preset's open and stopped notes."""
     notes = preset_notes(load_preset(name), (2, 5, 9))
     return by_octave([n for n in notes if n.open]), by_octave([n for n in notes if not n.open])
@@ -82,28 +82,28 @@ LOW, HIGH = OCTAVES.index(200.0), OCTAVES.index(1600.0)
 
 
 @pytest.mark.parametrize(
-    ("name", "least", "most"),
+    ("name", "minimum", "maximum"),
     quick(
         [("jazz-finger", 7, 14), ("precision-finger", 7, 14), ("flatwound", 2.5, 5)],
         always=[("jazz-finger", 7, 14)],
     ),
 )
-def test_stopped_notes_ring_as_long_as_real_ones(name: str, least: float, most: float) -> None:
-    open_, stopped = heard(name)
-    assert least < stopped[LOW] < most, stopped
+def test_stopped_notes_ring_as_long_as_real_ones(name: str, minimum: float, maximum: float) -> None:
+    open_, stopped = listen(name)
+    assert minimum < stopped[LOW] < maximum, stopped
     ratio = stopped[LOW:HIGH] / open_[LOW:HIGH]
     assert np.all((ratio > 0.5) & (ratio < 1.35)), ratio
 
 
 @pytest.mark.parametrize(
-    ("name", "least"),
+    ("name", "minimum"),
     quick([("jazz-finger", 0.7), ("precision-finger", 0.4)], always=[("jazz-finger", 0.7)]),
 )
-def test_no_cliff_above_1500_hz(name: str, least: float) -> None:
+def test_no_cliff_above_1500_hz(name: str, minimum: float) -> None:
     """From octave to octave T60 falls at most to 0.4; beyond a plateau it once fell to 0.3.
 
     The strings of the Precision bass are played in: their highs fade sooner.
     """
-    _, stopped = heard(name)
+    _, stopped = listen(name)
     fall = stopped[HIGH:] / stopped[HIGH - 1 : -1]
-    assert np.all(fall > 0.4) and stopped[-1] > least, stopped
+    assert np.all(fall > 0.4) and stopped[-1] > minimum, stopped

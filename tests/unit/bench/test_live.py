@@ -34,13 +34,13 @@ from livebass.lab.bench.fidelity import (
     guest_notes,
     log_spectral_distance,
     play_notes,
-    played,
+    play_plucks,
     representative_notes,
     waveform_error,
     waveforms,
     with_stroke,
 )
-from livebass.lab.bench.live import EDGES, Extent, block_figures, most_that_fit
+from livebass.lab.bench.live import EDGES, Extent, block_figures, max_that_fit
 from livebass.lab.bench.measure import OtherLoad
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
@@ -110,7 +110,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         name, _, rest = target["what"].partition(" from reference, ")
         group, _, kind = rest.partition(": characteristic frequency, ")
         if kind:
-            null, bias = result["fidelity"][bench.NULL]["groups"][group], bench.MOST_BIAS[kind == "worst note"]
+            null, bias = result["fidelity"][bench.NULL]["groups"][group], bench.MAX_BIAS[kind == "worst note"]
             key = "worst_frequency" if kind == "worst note" else "frequency"
             bias = bias if group != "no contact" else 0.001
             assert (
@@ -223,7 +223,7 @@ def test_figures_of_made_up_times() -> None:
     ([1.1, 1.2, 1.3, 1.4], 0), ([0.5], 1), ([1.5], 0),
 ])  # fmt: skip
 def test_strings_that_fit(loads: list[float], fits: int) -> None:
-    assert most_that_fit(len(loads), lambda n: loads[n - 1]) == fits
+    assert max_that_fit(len(loads), lambda n: loads[n - 1]) == fits
 
 
 def test_the_notes_that_are_compared_represent_all() -> None:
@@ -240,8 +240,8 @@ def test_the_notes_that_are_compared_represent_all() -> None:
         assert len({note.fret for note in mine}) >= 9 and max(note.fret for note in mine) > 16
         assert {note.rate for note in mine} == set(RATES)
     for note in notes:
-        least, most = DYNAMICS[note.dynamics]
-        assert least <= note.velocity <= most
+        minimum, maximum = DYNAMICS[note.dynamics]
+        assert minimum <= note.velocity <= maximum
 
 
 def test_guests_play_the_notes_of_their_strokes() -> None:
@@ -250,7 +250,7 @@ def test_guests_play_the_notes_of_their_strokes() -> None:
     assert {(n.string, n.stroke) for n in notes} == {(i, stroke) for i in range(4) for stroke in STROKES}
     bass, one = load_preset("jazz-finger"), [replace(FEW[1], rate=RATE, stroke=stroke) for stroke in ("", *STROKES)]
     assert [with_stroke(bass, n.stroke).player.stroke for n in one] == ["finger", "pick", "pop", "finger"]
-    own, *others = (heard.sounds for heard in played(one, QUALITIES["live"], [1.0]))
+    own, *others = (heard.sounds for heard in play_plucks(one, QUALITIES["live"], [1.0]))
     assert min(waveform_error(other, own)[0] for other in others) > -20
 
 
@@ -276,12 +276,12 @@ def test_the_plucks_of_a_note_differ_by_what_no_ear_tells() -> None:
     )
     assert abs(np.mean(mine) - np.mean(others)) < WITHIN / 4 and abs(20 * np.log10(1 + WITHIN)) < 0.03  # dB
     live, soft, hard = QUALITIES["live"], FEW[0], FEW[1]
-    heard = played([soft, hard], live, mine[:2])
+    heard = play_plucks([soft, hard], live, mine[:2])
     for k, force in enumerate(mine[:2]):
-        alone = played([soft, hard], live, [force], workers=1)
+        alone = play_plucks([soft, hard], live, [force], workers=1)
         for one, two in zip(heard, alone, strict=True):
             np.testing.assert_array_equal(one.sounds[k], two.sounds[0])
-    plain, stronger = (played([soft], live, [force])[0].sounds[0] for force in (1.0, 1 + WITHIN))
+    plain, stronger = (play_plucks([soft], live, [force])[0].sounds[0] for force in (1.0, 1 + WITHIN))
     np.testing.assert_allclose(stronger, (1 + WITHIN) * plain, atol=0.1 * WITHIN * np.abs(plain).max())
     assert heard[0].contacts == 0 < heard[1].contacts
 
@@ -303,13 +303,13 @@ def test_one_wild_pluck_does_not_judge_a_note() -> None:
 
 def far_off(notes: list[Note], *qualities: Quality) -> list[tuple[float, float, float]]:
     """Distance from `reference` of each quality and, last, of its other plucks: mean, worst note, audible dB."""
-    wanted = played(notes, QUALITIES["reference"])
+    wanted = play_plucks(notes, QUALITIES["reference"])
     touching = [bool(heard.contacts) for heard in wanted]  # near the body even hard notes may touch nothing
     assert sum(touching) >= 0.6 * len(notes)
     notes, wanted = list(compress(notes, touching)), list(compress(wanted, touching))
-    sounds = [played(notes, quality) for quality in qualities]
+    sounds = [play_plucks(notes, quality) for quality in qualities]
     out = []
-    for heard in (*sounds, played(notes, QUALITIES["reference"], forces(other=True))):
+    for heard in (*sounds, play_plucks(notes, QUALITIES["reference"], forces(other=True))):
         each = distance(notes, heard, wanted)["each"]
         off = [row["frequency"] for row in each]
         out.append((float(np.mean(off)), max(off), float(np.mean([row["heard_db"] for row in each]))))
@@ -322,8 +322,8 @@ def test_live_is_near_to_reference_and_a_coarse_quality_is_far() -> None:
         Note("precision-finger", 2, 5, "hard", 90, RATE), Note("slap-impulse", 1, 2, "hard", 110, 44_100),
     ]  # fmt: skip
     live, coarse, null = far_off(notes, QUALITIES["live"], Quality("coarse", 60, 96e3))
-    assert live[0] <= null[0] + 2 * bench.MOST_BIAS[0] and live[1] <= null[1] + bench.MOST_BIAS[1]
-    assert coarse[0] > null[0] + 2 * bench.MOST_BIAS[0] and coarse[1] > null[1] + bench.MOST_BIAS[1]
+    assert live[0] <= null[0] + 2 * bench.MAX_BIAS[0] and live[1] <= null[1] + bench.MAX_BIAS[1]
+    assert coarse[0] > null[0] + 2 * bench.MAX_BIAS[0] and coarse[1] > null[1] + bench.MAX_BIAS[1]
     assert coarse[2] > 2 * max(live[2], null[2]) > 0 and live[2] < 1.5 * null[2]
 
 
@@ -362,19 +362,20 @@ def test_where_contact_loses_the_waveform_of_live_is_that_of_reference() -> None
         Note("upright", 3, 2, "hard", 127, RATE), Note("slap-impulse", 3, 3, "hard", 107, 96_000),
     ]  # fmt: skip
     wanted, live, coarse = (
-        played(notes, quality, [1.0]) for quality in (QUALITIES["reference"], QUALITIES["live"], Quality("c", 60, 96e3))
+        play_plucks(notes, quality, [1.0])
+        for quality in (QUALITIES["reference"], QUALITIES["live"], Quality("c", 60, 96e3))
     )
     near, far = waveforms(notes, live, wanted), waveforms(notes, coarse, wanted)
     assert list(near) == list(far) == ["frets with loss", "thumb", "boards", "lossless"]
     assert near["lossless"]["worst_db"] > -35
     for kind in ("frets with loss", "thumb", "boards"):
-        assert near[kind]["worst_db"] <= bench.MOST_WAVEFORM[0] < bench.MOST_WAVEFORM[1] < far[kind]["worst_db"]
+        assert near[kind]["worst_db"] <= bench.MAX_WAVEFORM[0] < bench.MAX_WAVEFORM[1] < far[kind]["worst_db"]
 
 
 def test_a_quality_is_itself() -> None:
     notes = [note for note in representative_notes(["jazz-finger"]) if note.dynamics == "hard"]
-    live = played(notes, QUALITIES["live"], [1.0])
-    same = distance(notes, live, played(notes, QUALITIES["live"], [1.0], workers=1))
+    live = play_plucks(notes, QUALITIES["live"], [1.0])
+    same = distance(notes, live, play_plucks(notes, QUALITIES["live"], [1.0], workers=1))
     assert same["notes"] == len(same["each"]) == 8
     for group in same["groups"].values():
         assert all(group[key] == 0 for key in ("frequency", "brighter", "worst_frequency", "spectrum_db", "heard_db"))
@@ -392,14 +393,18 @@ def test_live_is_as_near_to_reference_as_promised() -> None:
     boards = [note for note, board in zip(hard, over, strict=True) if board and note.preset == "fretless"][:1]
     assert len(frets) >= 12 and len({note.preset for note in frets}) >= 9 and len(boards) == 1
     live, null = far_off(frets + boards, QUALITIES["live"])
-    assert live[0] <= null[0] + bench.MOST_BIAS[0] and live[1] <= null[1] + bench.MOST_BIAS[1]
+    assert live[0] <= null[0] + bench.MAX_BIAS[0] and live[1] <= null[1] + bench.MAX_BIAS[1]
     losing = [note for note in hard if load_preset(note.preset).necks[note.string].contact_loss]
-    sounds = [played(losing, QUALITIES[quality], [1.0]) for quality in ("live", "reference")]
+    sounds = [play_plucks(losing, QUALITIES[quality], [1.0]) for quality in ("live", "reference")]
     found = waveforms(losing, *sounds)
     assert sorted(found) == ["boards", "frets with loss", "pops", "thumb"]
-    for kind, most in {**dict.fromkeys(bench.PROMISED, bench.MOST_WAVEFORM[0]), "pops": -35.0, "boards": -40.0}.items():
-        assert found[kind]["median_db"] <= most, kind
-    far = [waveform_error(a.sounds, b.sounds)[0] > bench.MOST_WAVEFORM[1] for a, b in zip(*sounds, strict=True)]
+    for kind, maximum in {
+        **dict.fromkeys(bench.PROMISED, bench.MAX_WAVEFORM[0]),
+        "pops": -35.0,
+        "boards": -40.0,
+    }.items():
+        assert found[kind]["median_db"] <= maximum, kind
+    far = [waveform_error(a.sounds, b.sounds)[0] > bench.MAX_WAVEFORM[1] for a, b in zip(*sounds, strict=True)]
     assert np.mean(far) <= 0.06, "contacts amplify small differences, in few notes so much"
 
 
@@ -499,7 +504,7 @@ def test_a_preset_that_is_not_there(run: Run) -> None:
 
 
 def test_the_worst_case_of_a_tuned_bass_calls_its_strings() -> None:
-    usual, low = (worst_case(load_preset("jazz-finger", tuning=tuning), RATE, 4) for tuning in ("standard", "drop-c"))
-    assert len(low.messages) == len(usual.messages)
-    calls = [[m for m in script.messages if m[2] < 20 and m[1] != 0xB0] for script in (usual, low)]
+    default, low = (worst_case(load_preset("jazz-finger", tuning=tuning), RATE, 4) for tuning in ("standard", "drop-c"))
+    assert len(low.messages) == len(default.messages)
+    calls = [[m for m in script.messages if m[2] < 20 and m[1] != 0xB0] for script in (default, low)]
     assert calls[0] == calls[1] and len(calls[0]) >= 8

@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from livebass.lab.comparison.names import strength, told_by
+from livebass.lab.comparison.names import info_of_name, strength
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from livebass.lab.comparison.names import strength, told_by
     ],
 )  # fmt: skip
 def test_a_name_tells_the_dynamic(name: str, dynamic: str) -> None:
-    assert told_by(name.split("/")).dynamic == dynamic
+    assert info_of_name(name.split("/")).dynamic == dynamic
 
 
 def test_dynamics_are_in_order() -> None:
@@ -41,7 +41,7 @@ def test_dynamics_are_in_order() -> None:
     ],
 )  # fmt: skip
 def test_a_name_tells_the_string(name: str, string: str) -> None:
-    assert told_by([name]).string == string
+    assert info_of_name([name]).string == string
 
 
 @pytest.mark.parametrize(
@@ -55,9 +55,9 @@ def test_a_name_tells_the_string(name: str, string: str) -> None:
     ],
 )
 def test_a_quiet_note_is_no_silence(name: str, kind: str) -> None:
-    assert told_by([name]).kind == kind
+    assert info_of_name([name]).kind == kind
 
 
 def test_takes_of_a_note_have_one_place() -> None:
     names = ("a_f_rr1", "a_f_rr2", "a f rr 3", "a f take 2", "a_f_alt", "a v100 rr1")
-    assert {told_by([name]).place for name in names} == {"a"}
+    assert {info_of_name([name]).place for name in names} == {"a"}

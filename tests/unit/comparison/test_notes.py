@@ -11,8 +11,8 @@ import soundfile
 from support.places import GROWLY, ROOT
 
 from livebass.lab import comparison
-from livebass.lab.comparison import measured, outside, rendered, summary
-from livebass.lab.comparison.notes import spread
+from livebass.lab.comparison import measure_notes, outside, render_notes, summary
+from livebass.lab.comparison.notes import spread_velocities
 from livebass.lab.comparison.rows import ROWS, ranges
 from livebass.lab.comparison.summary import Bass, Figure, basses, figures
 from livebass.preset.source import PresetError
@@ -40,7 +40,7 @@ def save(folder: Path, **files: Floats) -> Path:
 def test_names_tell_dynamic_technique_and_kind(tmp_path: Path) -> None:
     save(tmp_path, a_mf_rr1=tone(), a_pp_open=tone(level_db=-30), pick__E_ff_stopped=tone(82.4),
          SLAP_e_f_take2=tone(41.2), a_rel_rr1=tone(seconds=0.2), scrape_1=tone(seconds=0.3))  # fmt: skip
-    found = {Path(n.name).stem: n for n in measured([tmp_path])}
+    found = {Path(n.name).stem: n for n in measure_notes([tmp_path])}
     assert {name: (n.dynamic, n.rank) for name, n in found.items() if n.kind == "note"} == {
         "a_pp_open": ("pp", 0), "a_mf_rr1": ("mf", 1), "SLAP_e_f_take2": ("f", 2), "E_ff_stopped": ("ff", 3)
     }  # fmt: skip
@@ -50,10 +50,10 @@ def test_names_tell_dynamic_technique_and_kind(tmp_path: Path) -> None:
     assert found["a_rel_rr1"].kind == "release" and found["scrape_1"].kind == "scrape"
     assert found["a_rel_rr1"].place == found["a_mf_rr1"].place == "a"
     assert [found[n].open for n in ("a_pp_open", "E_ff_stopped", "a_mf_rr1")] == [True, False, None]
-    assert {n.technique for n in measured([tmp_path], "pop") if n.kind == "note"} == {"pop"}
+    assert {n.technique for n in measure_notes([tmp_path], "pop") if n.kind == "note"} == {"pop"}
     assert [b.technique for b in basses("mine", list(found.values()))] == ["fingers", "pick", "slap"]
     save(tmp_path / "palm", pick_e_f_muted=tone(41.2))
-    assert [n.technique for n in measured([tmp_path / "palm"])] == ["mute"]
+    assert [n.technique for n in measure_notes([tmp_path / "palm"])] == ["mute"]
 
 
 @pytest.mark.parametrize(
@@ -66,14 +66,14 @@ def test_names_tell_dynamic_technique_and_kind(tmp_path: Path) -> None:
 )
 def test_dynamics_by_number_or_level(tmp_path: Path, names: tuple[str, ...], dynamics: list[str]) -> None:
     save(tmp_path, **{name: tone(level_db=level) for name, level in zip(names, (-30, -18, -6), strict=True)})
-    notes = {Path(n.name).stem: n for n in measured([tmp_path])}
+    notes = {Path(n.name).stem: n for n in measure_notes([tmp_path])}
     assert [notes[name].dynamic for name in names] == dynamics
     assert [notes[name].rank for name in names] == [0, 1, 2]
 
 
 def test_takes_of_one_level_are_one_dynamic(tmp_path: Path) -> None:
     save(tmp_path, **{f"take{k}": tone(level_db=-10 - 0.5 * k) for k in range(3)})
-    notes = measured([tmp_path])
+    notes = measure_notes([tmp_path])
     assert {n.rank for n in notes} == {0}
     own = figures(Bass("mine", "fingers", False, tuple(notes)))
     assert own["take_level", "all"].value == pytest.approx(0.5 / math.sqrt(2), abs=0.02)
@@ -88,7 +88,7 @@ def test_hard_notes_are_louder_than_soft_ones(tmp_path: Path) -> None:
         name: tone(level_db=level) + 10 ** (noise / 20) * rng.normal(size=round(1.2 * RATE))
         for name, level, noise in (("g_pp", -30, -75), ("g_mf", -20, -70), ("g_ff", -12, -60))
     })  # fmt: skip
-    own = figures(basses("mine", measured([tmp_path]))[0])
+    own = figures(basses("mine", measure_notes([tmp_path]))[0])
     assert own["level_span", "all"].value == pytest.approx(18, abs=0.2)
     assert own["level_growth", "all"].value == pytest.approx(10, abs=0.2)
     assert own["between_rise", "all"].value == pytest.approx(15, abs=2)
@@ -97,7 +97,7 @@ def test_hard_notes_are_louder_than_soft_ones(tmp_path: Path) -> None:
 def test_several_notes_in_a_file(tmp_path: Path) -> None:
     gap = np.zeros(RATE // 2)
     save(tmp_path, f=np.concatenate([gap, tone(55.0), gap, tone(98.0), gap]))
-    a, b = measured([tmp_path / "f.wav"])
+    a, b = measure_notes([tmp_path / "f.wav"])
     assert abs(cents(a.pitch / 55)) < 5 and abs(cents(b.pitch / 98)) < 5
     assert a.measures["level_1s"] == pytest.approx(-10, abs=0.5)
 
@@ -106,7 +106,7 @@ def test_a_note_that_is_stopped_tells_no_more_than_it_has(tmp_path: Path) -> Non
     """A hand ends it after 1.5 s: there are no figures at 2 s, and the decay is measured before the hand."""
     sound = tone(seconds=4.0)
     sound[round(1.5 * RATE) :] *= 10 ** (-3 * np.arange(sound.size - round(1.5 * RATE)) / RATE / 0.1)
-    (found,) = measured([save(tmp_path, f=sound)])
+    (found,) = measure_notes([save(tmp_path, f=sound)])
     assert math.isnan(found.measures["level_2s"]) and "are needed" in found.measures.missing["level_2s"]
     assert found.measures["t60_200"] == pytest.approx(6, rel=0.05)
 
@@ -115,7 +115,7 @@ def test_release_over_the_note(tmp_path: Path) -> None:
     """A knock of -12 dBFS over notes of known peak after 1 s; it falls by 20 dB in 46 ms."""
     knock = np.sin(2 * math.pi * 500 * np.arange(RATE // 5) / RATE) * np.exp(-np.arange(RATE // 5) / RATE / 0.02)
     save(tmp_path, g_f=tone(seconds=2.0), g_rel=10 ** (-12 / 20) * knock / np.abs(knock).max())
-    own = figures(basses("mine", measured([tmp_path]))[0])
+    own = figures(basses("mine", measure_notes([tmp_path]))[0])
     assert own["knock", "all"].value == pytest.approx(-12 - (-12 - 10), abs=0.8)
     assert own["release_time", "all"].value == pytest.approx(20 * math.log(10), abs=10)
     assert own["knock_centroid", "all"].value == pytest.approx(500, rel=0.1)
@@ -123,15 +123,15 @@ def test_release_over_the_note(tmp_path: Path) -> None:
 
 def test_the_notes_that_are_shipped() -> None:
     """Pitches in the octaves of their names; figures near another program's for the whole library."""
-    notes = measured([GROWLY])
+    notes = measure_notes([GROWLY])
     pitches = {"E1": 41.2, "C2": 65.4, "C3": 130.8}
     for note in notes:
         if note.kind == "note":
             assert abs(cents(note.pitch / pitches[Path(note.name).name[:2]])) < 40
     (bass,) = basses("growlybass", notes)
-    own, told = figures(bass), summary(notes)
-    hard = told["ff"]
-    assert told["hard"] is hard and list(told) == ["pp", "f", "ff", "soft", "hard"]
+    own, reported = figures(bass), summary(notes)
+    hard = reported["ff"]
+    assert reported["hard"] is hard and list(reported) == ["pp", "f", "ff", "soft", "hard"]
     assert hard["centroid_20"] == pytest.approx(1256, rel=0.15) and hard["centroid_100"] == pytest.approx(772, rel=0.15)
     assert hard["high_100"] == pytest.approx(-16, abs=3) and hard["high_200"] == pytest.approx(-23, abs=3)
     assert 7 < own["t60_200", "all"].value < 11.5  # 7.5 s of stopped notes, 11 of the open E
@@ -144,17 +144,17 @@ def test_the_notes_that_are_shipped() -> None:
 
 
 def test_rendered_notes_are_like_the_recorded_ones() -> None:
-    real = measured([GROWLY / "C2_pp_rr1.flac", GROWLY / "C2_ff_rr1.flac"])
-    notes = rendered("jazz-finger", real, takes=2)
+    real = measure_notes([GROWLY / "C2_pp_rr1.flac", GROWLY / "C2_ff_rr1.flac"])
+    notes = render_notes("jazz-finger", real, takes=2)
     plucked = [n for n in notes if n.kind == "note"]
     assert [(n.dynamic, n.rank) for n in plucked] == [("v30", 0)] * 2 + [("v127", 1)] * 2
     assert all(n.pitch == pytest.approx(65.41, abs=0.01) and n.open is False for n in plucked)
     assert [n.kind for n in notes].count("release") == 1
     assert not np.array_equal(plucked[0].sound, plucked[1].sound), "takes differ"
-    again = rendered("jazz-finger", real, takes=2)
+    again = render_notes("jazz-finger", real, takes=2)
     assert all(np.array_equal(a.sound, b.sound) for a, b in zip(notes, again, strict=True))
     assert summary(notes)["hard"]["level"] > summary(notes)["soft"]["level"] + 6
-    assert not rendered("six-string", [n for n in real if n.pitch > 500])
+    assert not render_notes("six-string", [n for n in real if n.pitch > 500])
 
 
 @pytest.mark.parametrize(
@@ -164,13 +164,17 @@ def test_rendered_notes_are_like_the_recorded_ones() -> None:
 )  # fmt: skip
 def test_values_that_are_not_allowed(values: dict[str, object], why: str) -> None:
     with pytest.raises(ValueError, match=why):
-        rendered("jazz-finger", [], **values)  # type: ignore[arg-type]
+        render_notes("jazz-finger", [], **values)  # type: ignore[arg-type]
     with pytest.raises(PresetError):
-        rendered("no-such-bass", [])
+        render_notes("no-such-bass", [])
 
 
 def test_velocities_are_spread_over_the_dynamics() -> None:
-    assert spread(1) == [100] and spread(2) == [30, 127] and spread(4) == [30, 62, 95, 127]
+    assert (
+        spread_velocities(1) == [100]
+        and spread_velocities(2) == [30, 127]
+        and spread_velocities(4) == [30, 62, 95, 127]
+    )
 
 
 def test_verdicts() -> None:
@@ -219,7 +223,7 @@ def test_what_has_no_pitch_is_left_out_of_a_folder(tmp_path: Path) -> None:
     noise = 0.1 * np.random.default_rng(4).normal(size=RATE)
     save(tmp_path, g_f=tone(), hiss_f=noise, g_f_dead=tone(t60=0.2), g_f_harmonic=tone(196.0))
     left_out: list[str] = []
-    notes = measured([tmp_path], left_out=left_out)
+    notes = measure_notes([tmp_path], left_out=left_out)
     assert left_out == [str(tmp_path / "hiss_f.wav")]
     assert sorted((Path(n.name).stem, n.kind) for n in notes) == [
         ("g_f", "note"), ("g_f_dead", "other"), ("g_f_harmonic", "other")

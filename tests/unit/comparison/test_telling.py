@@ -14,7 +14,7 @@ from support.places import GROWLY
 from livebass.lab.comparison.telling import FIGURES, NOISE, Group, group, real, tell
 
 
-def mixed(change: float = 0.05) -> Group:
+def mix(change: float = 0.05) -> Group:
     """Every third note of all real basses played with fingers, slightly changed, so that none is a known recording."""
     fingers = [g for g in real() if g.technique == "fingers"]
     rng = np.random.default_rng(3)
@@ -23,16 +23,16 @@ def mixed(change: float = 0.05) -> Group:
     return Group("mixed", "mixed", "fingers", np.concatenate([g.pitch[::3] for g in fingers]), figures)
 
 
-def moved(key: str, by: float) -> Group:
+def move(key: str, by: float) -> Group:
     """The mixed notes with one figure moved."""
-    notes = mixed()
+    notes = mix()
     figures = notes.figures.copy()
     figures[:, FIGURES.index(key)] += by
     return replace(notes, figures=figures)
 
 
 def test_a_bass_like_all_real_ones_cannot_be_told() -> None:
-    found = tell(mixed())
+    found = tell(mix())
     assert found.among == 7 and found.technique == "fingers"
     assert all(auc < 0.72 for auc in found.auc.values()), found.auc
     assert all(min(scale) > 0.6 and max(scale) <= 1 for scale in found.real.values())
@@ -42,7 +42,7 @@ def test_a_bass_like_all_real_ones_cannot_be_told() -> None:
 @pytest.mark.parametrize("by", [-40.0, 40.0])
 def test_one_wrong_figure_gives_it_away_and_is_named(by: float) -> None:
     """Hiss far too faint or too loud is found in either direction; without noises the bass is a real one again."""
-    found = tell(moved("hiss", by))
+    found = tell(move("hiss", by))
     assert found.auc["all"] > 0.95 and found.auc["no timbre"] > 0.95 and found.auc["no noise"] < 0.72
     first = found.signs[0]
     assert first.auc > 0.95 and first.title.startswith("10-16 kHz")
@@ -51,7 +51,7 @@ def test_one_wrong_figure_gives_it_away_and_is_named(by: float) -> None:
 
 
 def test_figures_that_no_note_shows_do_no_harm() -> None:
-    notes = mixed()
+    notes = mix()
     figures = notes.figures.copy()
     figures[:, [FIGURES.index(key) for key in NOISE]] = np.nan
     found = tell(replace(notes, figures=figures))
@@ -59,7 +59,7 @@ def test_figures_that_no_note_shows_do_no_harm() -> None:
 
 
 def test_few_basses_of_a_technique_are_compared_with_all() -> None:
-    found = tell(replace(mixed(), technique="pick"))
+    found = tell(replace(mix(), technique="pick"))
     assert found.technique == "" and found.among == 7 and "of all techniques" in found.text()
 
 
@@ -68,9 +68,9 @@ def test_shipped_recordings_are_not_compared_with_themselves(run: Run, tmp_path:
     figures = tmp_path / "told.json"
     text = cli_text(run, "compare", "--tell", GROWLY, "--json", figures)
     assert text.startswith("growlybass, fingers: beside 6 real basses played with fingers")
-    (told,) = json.loads(figures.read_text())["basses"]
-    assert set(told["auc"]) == {"all", "no timbre", "no noise"} and len(told["real_auc"]["all"]) == 6
-    assert 0.8 < told["auc"]["all"] <= 1 and f"{told['auc']['all']:.2f}" in text
+    (reported,) = json.loads(figures.read_text())["basses"]
+    assert set(reported["auc"]) == {"all", "no timbre", "no noise"} and len(reported["real_auc"]["all"]) == 6
+    assert 0.8 < reported["auc"]["all"] <= 1 and f"{reported['auc']['all']:.2f}" in text
 
 
 def test_what_cannot_be_told(run: Run, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ except ImportError:  # no POSIX
 def machine_code() -> bytes:
     """The kernels for this processor, in their stored form."""
     library.library()
-    kept = store.kept()
+    kept = store.kept_library()
     data = store.whole(kept) if kept else None
     return data if data is not None else library.compiled_here()
 
@@ -79,7 +79,7 @@ def loads() -> None:
     assert Entry(entry.function, entry.signature)(ctypes.addressof(word)) == 42
 
 
-def emptied(data: bytes) -> bytes:
+def empty(data: bytes) -> bytes:
     return b""
 
 
@@ -97,24 +97,24 @@ def one_bit(data: bytes) -> bytes:
 
 
 def test_kernels_are_compiled_once(compiled: list[str]) -> None:
-    assert not library.cached()
+    assert not library.is_cached()
     for _ in range(2):
         loads()
-        assert library.cached() and compiled == ["compiled"]
+        assert library.is_cached() and compiled == ["compiled"]
 
 
-@pytest.mark.parametrize("damage", [emptied, cut, garbage, one_bit])
+@pytest.mark.parametrize("damage", [empty, cut, garbage, one_bit])
 def test_a_damaged_file_is_compiled_again(
     compiled: list[str], damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
 ) -> None:
     loads()
-    kept = store.kept()
+    kept = store.kept_library()
     assert kept and not caplog.messages
     kept.write_bytes(damage(kept.read_bytes()))
     library._loaded.clear()
-    assert not library.cached()
+    assert not library.is_cached()
     loads()
-    assert compiled == ["compiled"] * 2 and library.cached()
+    assert compiled == ["compiled"] * 2 and library.is_cached()
     (message,) = caplog.messages
     assert "damaged" in message and str(kept.parent) in message
 
@@ -125,7 +125,7 @@ def test_all_kernels_load_after_damage(
     """The whole program once; the other tests of a damaged cache load a toy."""
     monkeypatch.setattr(library, "compiled_here", lambda progress=None: machine_code)
     loads()
-    kept = store.kept()
+    kept = store.kept_library()
     assert kept and store.whole(kept) == machine_code
     kept.write_bytes(cut(kept.read_bytes()))
     loads()
@@ -224,7 +224,7 @@ def of_another(place: Path) -> None:
         (elsewhere, "is a link"), (of_another, "belongs to another user"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("kind", ["named", "usual", "temporary"])
+@pytest.mark.parametrize("kind", ["named", "default", "temporary"])
 def test_nothing_is_loaded_from_a_directory_of_others(
     compiled: list[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -242,7 +242,7 @@ def test_nothing_is_loaded_from_a_directory_of_others(
     else:
         place = tmp_path / "deep" / "er"
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(place))
-        if kind == "usual":
+        if kind == "default":
             monkeypatch.delenv("NUMBA_CACHE_DIR")
             monkeypatch.setattr(store.platformdirs, "user_cache_path", lambda name, place=place: place)
     for _ in range(2):
@@ -319,13 +319,13 @@ def test_of_two_processes_one_waits_for_the_other(tmp_path: Path, killed: bool) 
 
 def test_a_compiler_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     program = tmp_path / "python"
-    told: list[float] = []
+    reported: list[float] = []
     for text, data in ((r"0.25\n0.500\n\n\nDA\nTA", b"\nDA\nTA"), (r"\nDATA", b"DATA")):
         program.write_text(f"#!/bin/sh\nprintf '{text}'\n")
         program.chmod(0o700)
         monkeypatch.setattr(sys, "executable", str(program))
-        assert library.compiled_for(store.level(), told.append) == data
-    assert told == [0.25, 0.5]
+        assert library.compiled_for(store.level(), reported.append) == data
+    assert reported == [0.25, 0.5]
     program.write_text("#!/bin/sh\nprintf '0.25\\n'; exit 9\n")
     with pytest.raises(OSError, match="exit status 9"):
         library.compiled_for(store.level())
@@ -351,7 +351,7 @@ def begin(x):
     return thrice(x)
 
 told, entry = [], Entry(begin, "int64(int64)")
-by_numba.tell_progress(told.append, lowering.reached(begin))
+by_numba.tell_progress(told.append, lowering.reachable(begin))
 by_numba.kernel()(entry.function)(14)
 print([round(part, 3) for part in told])
 """
@@ -397,7 +397,7 @@ def test_compiling_is_said_shown_and_no_part_of_the_time(
         order.append("clock")
         return real()
 
-    monkeypatch.setattr(library, "cached", lambda: "compiled" in order)
+    monkeypatch.setattr(library, "is_cached", lambda: "compiled" in order)
     monkeypatch.setattr(library, "library", compiles)
     monkeypatch.setattr(rendering.time, "perf_counter", clock)
     monkeypatch.setattr(progress_module, "say", lambda line: order.append(line) if "compiling" in line else None)
@@ -489,11 +489,11 @@ def third(x):
     return halved(1.0 * square(x)) + halved(2.0)
 
 import json
-print(json.dumps(lowering.compiled([globals()[name] for name in sys.argv[1:]])))
+print(json.dumps(lowering.compile_entries([globals()[name] for name in sys.argv[1:]])))
 """
 
 
-def lowered(folder: Path, *names: str) -> dict[str, dict[str, str]]:
+def lower(folder: Path, *names: str) -> dict[str, dict[str, str]]:
     """The output of a process that compiles entries of SHARED, in this order."""
     (folder / "shared.py").write_text(SHARED)
     done = subprocess.run(
@@ -506,10 +506,10 @@ def lowered(folder: Path, *names: str) -> dict[str, dict[str, str]]:
 
 def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
     """In one or two processes, in any order; a function compiled by both is in it once, and LLVM accepts it."""
-    one = lowered(tmp_path, "first", "second", "third")
-    two = [lowered(tmp_path, "third", "second"), lowered(tmp_path, "first")]
-    program = lowering.linked([one])
-    assert program == lowering.linked(two) == lowering.linked(reversed(two))
+    one = lower(tmp_path, "first", "second", "third")
+    two = [lower(tmp_path, "third", "second"), lower(tmp_path, "first")]
+    program = lowering.link_modules([one])
+    assert program == lowering.link_modules(two) == lowering.link_modules(reversed(two))
     assert program.count("define internal i32") == 3 + 3, "root, and square of two types; a function for each entry"
     data, needs = emitter.emit(program, store.level())
     assert not needs and all(f"lb_{name}".encode() in data for name in ("first", "second", "third"))
@@ -544,7 +544,7 @@ def test_naming_records_once_changes_no_text() -> None:
     code = (
         "import sys; from livebass.compiling import lowering; from livebass.kernels.pickup.coil import fit_coil\n"
         "if sys.argv[1:]: lowering.name_records_once = lambda: None\n"
-        "import json; print(json.dumps(lowering.compiled([fit_coil])))"
+        "import json; print(json.dumps(lowering.compile_entries([fit_coil])))"
     )
     made = [
         subprocess.run(
@@ -584,10 +584,10 @@ def test_what_shares_most_is_compiled_by_one_process() -> None:
 
 
 def test_what_an_entry_reaches_is_found_in_its_code() -> None:
-    found = lowering.reached(ENTRIES["read_word"].function)
+    found = lowering.reachable(ENTRIES["read_word"].function)
     assert "livebass.live.thread.ring.read_word" in found and all(found.values())
-    assert set(found) < set(lowering.reached(ENTRIES["process"].function)) | {"livebass.live.thread.ring.read_word"}
-    assert len(lowering.reached(ENTRIES["process"].function)) > 200
+    assert set(found) < set(lowering.reachable(ENTRIES["process"].function)) | {"livebass.live.thread.ring.read_word"}
+    assert len(lowering.reachable(ENTRIES["process"].function)) > 200
 
 
 def test_a_program_is_kept_and_made_again_if_damaged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -600,11 +600,11 @@ def test_a_program_is_kept_and_made_again_if_damaged(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(lowering, "program", program)
     monkeypatch.setattr(store, "program_kept", lambda: tmp_path / "kept")
     monkeypatch.setattr(store, "program_built", lambda: tmp_path / "built")
-    for damage, times in ((one_bit, 1), (cut, 2), (emptied, 3)):
+    for damage, times in ((one_bit, 1), (cut, 2), (empty, 3)):
         for _ in range(2):
             assert emitter.program() == made[-1] and len(made) == times
         (tmp_path / "kept").write_bytes(damage((tmp_path / "kept").read_bytes()))
-    (tmp_path / "built").write_bytes(store.sealed(gzip.compress(b"; came")))
+    (tmp_path / "built").write_bytes(store.seal(gzip.compress(b"; came")))
     assert emitter.program() == "; came" and len(made) == 3
     (tmp_path / "built").write_bytes(one_bit((tmp_path / "built").read_bytes()))
     assert emitter.program() == made[-1] and len(made) == 4
@@ -752,7 +752,7 @@ def by_numba(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "ending, damage",
     [
         pytest.param(ending, damage, id=f"{damage.__name__}, {ending}", marks=[pytest.mark.slow] * (k > 0))
-        for k, (ending, damage) in enumerate(itertools.product(("nbc", "nbi"), (one_bit, cut, garbage, emptied)))
+        for k, (ending, damage) in enumerate(itertools.product(("nbc", "nbi"), (one_bit, cut, garbage, empty)))
     ],
 )
 def test_what_numba_kept_may_be_damaged(by_numba: Path, ending: str, damage: Callable[[bytes], bytes]) -> None:
@@ -779,7 +779,7 @@ def test_the_real_kernels_survive_damage(machine_code: bytes, tmp_path: Path) ->
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     kept = tmp_path / f"kernels-{store.digest()}" / f"{store.level()}.code"
     kept.parent.mkdir()
-    kept.write_bytes(cut(store.sealed(machine_code)))
+    kept.write_bytes(cut(store.seal(machine_code)))
     for file in program.glob("*.ll.gz") if program else ():
         shutil.copy(file, kept.parent)
     lines = {}

@@ -50,9 +50,9 @@ def compiled() -> bytes:
 
 @pytest.mark.parametrize("link", [True, False])
 def test_an_image_does_what_the_object_file_does(compiled: bytes, link: bool) -> None:
-    image = linking.linked(compiled)
+    image = linking.link(compiled)
     assert linking.is_image(image) and not linking.is_image(compiled)
-    address = linking.loaded(image) if link else library.object_file(compiled)
+    address = linking.load_image(image) if link else library.object_file(compiled)
     choose = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)(address("choose"))
     assert [choose(0, 21), choose(1, 21)] == [42, 20]
     third = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address("third"))
@@ -69,16 +69,16 @@ def test_unknown_files_stay_as_they_are(compiled: bytes, monkeypatch: pytest.Mon
     """LLVM links those of other systems, with a call of another function, or with a relocation of another type."""
     of_arm = bytearray(compiled)
     of_arm[18:20] = (183).to_bytes(2, "little")
-    machine, module = emitter.parsed(PROGRAM.replace("llvm.memcpy.p0.p0.i64", "strange"), store.level())
+    machine, module = emitter.parse_ir(PROGRAM.replace("llvm.memcpy.p0.p0.i64", "strange"), store.level())
     for data in (b"\0asm", bytes(of_arm), machine.emit_object(module)):
-        assert data == linking.linked(data)
+        assert data == linking.link(data)
     monkeypatch.setattr(linking, "CALL", -1)
-    assert compiled == linking.linked(compiled)
+    assert compiled == linking.link(compiled)
 
 
 def test_loading_kept_kernels_needs_no_llvm() -> None:
     library.library()
-    if not library.cached():
+    if not library.is_cached():
         pytest.skip("no directory keeps kernels here")
     code = "import sys; from livebass.compiling.library import library; library()('process');"
     code += "print(sorted({'numba', 'llvmlite'} & set(sys.modules)))"

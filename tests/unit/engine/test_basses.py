@@ -19,7 +19,7 @@ Message = tuple[int, int, int, int]  # frame, status, first, second
 LOW: list[Message] = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100)]  # the E string rings on
 
 
-def played(messages: list[Message], frames: int, size: int) -> tuple[Floats, Basses]:
+def play(messages: list[Message], frames: int, size: int) -> tuple[Floats, Basses]:
     """(strings, frames), in blocks of `size`."""
     basses = Basses(Engine(JAZZ, LIGHT, RATE), {33: JAZZ, 36: SLAP, 35: FRETLESS})
     blocks, sent = [], 0
@@ -33,11 +33,11 @@ def played(messages: list[Message], frames: int, size: int) -> tuple[Floats, Bas
 
 def test_the_bass_before_rings_out_and_the_one_before_that_is_faded_out() -> None:
     once = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 45, 90)]
-    kept, basses = played(once, 24_000, 24_000)
-    alone, _ = played(LOW, 24_000, 24_000)
+    kept, basses = play(once, 24_000, 24_000)
+    alone, _ = play(LOW, 24_000, 24_000)
     assert np.array_equal(kept[0], alone[0]) and np.abs(kept[3, 9000:]).max() > 0.01, "E rings on, G is the new one's"
     assert basses.report().notes == 2
-    twice, basses = played([*once, (16_000, 0xC0, 35, 0)], 24_000, 24_000)
+    twice, basses = play([*once, (16_000, 0xC0, 35, 0)], 24_000, 24_000)
     whole = round(FADE * RATE)
     ramp = (whole - np.arange(whole)) / whole
     assert np.array_equal(twice[:, :16_000], kept[:, :16_000])
@@ -51,8 +51,8 @@ def test_blocks_of_any_size_sound_the_same(size: int) -> None:
     """Up to rounding in the basses that ring out: their filters' last remains are 180 dB down."""
     messages = [*LOW, (5000, 0xC0, 36, 0), (6000, 0xB0, 64, 0), (9000, 0x90, 28, 90), (20_000, 0xC0, 33, 0)]
     messages += [(21_000, 0xB0, 120, 0), (22_000, 0x90, 40, 90), (23_000, 0xC0, 1, 0), (24_000, 0xC0, 33, 0)]
-    whole, _ = played(messages, 60_000, 60_000)
-    assert np.allclose(played(messages, 60_000, size)[0], whole, rtol=0, atol=2e-9)
+    whole, _ = play(messages, 60_000, 60_000)
+    assert np.allclose(play(messages, 60_000, size)[0], whole, rtol=0, atol=2e-9)
 
 
 def test_a_bass_with_more_strings_comes_after_one_with_fewer() -> None:
@@ -62,7 +62,7 @@ def test_a_bass_with_more_strings_comes_after_one_with_fewer() -> None:
     messages = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 23, 100)]
     basses.send(np.array([m[0] for m in messages], np.int64), np.array([m[1:] for m in messages], np.uint8))
     sound = basses.process(24_000)
-    alone, _ = played(LOW, 24_000, 24_000)
+    alone, _ = play(LOW, 24_000, 24_000)
     new = Engine(five, LIGHT, RATE)
     new.send(np.array([0, 1000], np.int64), np.array([(0xB0, 64, 127), (0x90, 23, 100)], np.uint8))
     assert sound.shape == (5, 24_000) and np.abs(alone[0, 9000:]).max() > 0.01

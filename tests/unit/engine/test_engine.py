@@ -42,7 +42,7 @@ def fives(first: int, quick: int, end: int) -> list[Any]:
 @pytest.mark.parametrize("first", fives(0, 10, 130))
 def test_random_setups(first: int) -> None:
     """Of five motions at most one is chaotic, and even that is predictable for a tenth of its length."""
-    regular = [assert_agree(random_trial(seed), f"seed {seed}", least=0.1) for seed in range(first, first + 5)]
+    regular = [assert_agree(random_trial(seed), f"seed {seed}", minimum=0.1) for seed in range(first, first + 5)]
     assert sum(regular) >= 4
 
 
@@ -84,15 +84,15 @@ def test_energy_never_rises_with_losses(modes: int) -> None:
 def test_modal_states_are_those_of_the_displacement() -> None:
     """Asking for states leaves the motion alone; their sum at the sensor is the displacement and its velocity."""
     trial = oblique(case_b(862, 84 * 96e3, 8e-3, 96e3), 0.6, 3.6e-3)
-    asked = dataclasses.replace(trial, states=(0, 1, 333, 766, 767, 768))
-    plain, motion = solve_trial(trial), solve_trial(asked)
+    requested = dataclasses.replace(trial, states=(0, 1, 333, 766, 767, 768))
+    plain, motion = solve_trial(trial), solve_trial(requested)
     assert np.array_equal(plain.displacement_m, motion.displacement_m) and plain.states is None
     assert motion.states is not None and motion.across_m is not None
     assert motion.states.shape == (6, 2, 2, trial.modes)
     sensor = modes.shapes(trial.speaking, trial.modes, np.array([trial.sensor]))[0]
     seen = motion.states @ sensor
     for k, moved in enumerate((motion.displacement_m, motion.across_m)):
-        assert np.abs(seen[:, k, 0] - moved[list(asked.states)]).max() < 1e-6 * np.abs(moved).max()
+        assert np.abs(seen[:, k, 0] - moved[list(requested.states)]).max() < 1e-6 * np.abs(moved).max()
         before, after = moved[332], moved[334]  # before any contact: smooth enough to differentiate
         assert seen[2, k, 1] == pytest.approx((after - before) * 96000 / 2, rel=0.02)
     with pytest.raises(ValueError, match="sample"):

@@ -31,7 +31,7 @@ def assert_it_bears(preset: str, events: int, seed: int) -> None:
     Boards run at the contact rate of frets, five times as fast.
     """
     bass = Engine(without_noise(preset), replace(QUALITIES["live"], modes=120, on_board=None), RATE)
-    most, rng, sent = LOUDEST * loudest_note(bass), np.random.default_rng([*map(ord, preset), seed]), 0
+    maximum, rng, sent = LOUDEST * loudest_note(bass), np.random.default_rng([*map(ord, preset), seed]), 0
     while sent < events:
         channel, gap = int(rng.choice([0, 0, *CHANNELS])), float(rng.choice(GAPS))
         frames = bass.frame + np.cumsum(rng.exponential(gap, TOGETHER).astype(np.int64))
@@ -39,7 +39,7 @@ def assert_it_bears(preset: str, events: int, seed: int) -> None:
         bass.send(frames, np.array(messages, np.uint8))
         sound = bass.process(int(frames[-1]) + 1 - bass.frame)
         sent += TOGETHER
-        assert np.isfinite(sound).all() and np.abs(sound).max() < most, (sent, np.abs(sound).max(), most)
+        assert np.isfinite(sound).all() and np.abs(sound).max() < maximum, (sent, np.abs(sound).max(), maximum)
     off = [(0xB0 | channel, 120, 0) for channel in CHANNELS]
     bass.send(np.full(len(off), bass.frame), np.array(off, np.uint8))
     bass.process(RATE)

@@ -44,7 +44,7 @@ def test_dropped_modes_are_far_below_a_loud_note(quality: str, key: int, velocit
     (i,) = (i for i, voice in enumerate(engine.voices) if voice.slots["on"].any())
     loud = np.linalg.norm(speeds(engine.voices[i]))
     engine = engine.another()
-    voice, dropped, most = engine.voices[i], 0, 0.0
+    voice, dropped, maximum = engine.voices[i], 0, 0.0
     play(engine, 1, ON, key, velocity)
     for message in ((), (OFF, key, 64)):
         play(engine, 1, *message)
@@ -54,6 +54,6 @@ def test_dropped_modes_are_far_below_a_loud_note(quality: str, key: int, velocit
             before = speeds(voice)
             play(engine, 1)
             gone = before[(before > 0) & (speeds(voice) == 0)]
-            dropped, most = dropped + len(gone), max(most, float(np.linalg.norm(gone)))
+            dropped, maximum = dropped + len(gone), max(maximum, float(np.linalg.norm(gone)))
     assert dropped > 100
-    assert 20 * np.log10(most / loud) < BELOW
+    assert 20 * np.log10(maximum / loud) < BELOW

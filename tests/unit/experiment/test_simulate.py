@@ -25,7 +25,7 @@ from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import speaking
 from livebass.model.quality import Quality
-from livebass.model.trial import Asked, Trial
+from livebass.model.trial import PluckRequest, Trial
 
 CASE: dict[str, Any] = {
     "string": "G", "fret": 0, "apex": 3.6e-3, "at": 0.64, "duration": 0.03, "modes": 60,
@@ -42,10 +42,10 @@ KEYS = """
 
 def run(directory: Path, **changed: Any) -> str:
     """Simulates `CASE` with some values changed."""
-    asked = {**CASE, **changed}
-    quality = Quality("of this test", None, asked.pop("contact_rate"))
-    more = {name: asked.pop(name) for name in ("rate", "solver", "analyse", "shape_at") if name in asked}
-    return simulate_to_directory(strings.paper_bass(), Asked(**asked, quality=quality), directory, **more)
+    requested = {**CASE, **changed}
+    quality = Quality("of this test", None, requested.pop("contact_rate"))
+    more = {name: requested.pop(name) for name in ("rate", "solver", "analyse", "shape_at") if name in requested}
+    return simulate_to_directory(strings.paper_bass(), PluckRequest(**requested, quality=quality), directory, **more)
 
 
 def test_files_tell_the_same_story(tmp_path: Path) -> None:
@@ -144,8 +144,8 @@ def test_rate_that_hides_a_mode_is_refused(tmp_path: Path) -> None:
 
 
 def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
-    asked: dict[str, Any] = {"contact_rate": 2e6, "solver": "engine", "modes": 200, "duration": 0.06, "angle": 0.5}
-    run(tmp_path / "out", **asked, analyse=True, shape_at=(0.0, 3.9e-3))
+    requested: dict[str, Any] = {"contact_rate": 2e6, "solver": "engine", "modes": 200, "duration": 0.06, "angle": 0.5}
+    run(tmp_path / "out", **requested, analyse=True, shape_at=(0.0, 3.9e-3))
     with np.load(tmp_path / "out" / "result.npz") as result:
         data = {key: result[key] for key in result.files}
     s = strings.paper_g()
@@ -168,8 +168,8 @@ def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
 def test_what_v_has_of_its_own_is_told(tmp_path: Path) -> None:
     bass = strings.yielding(load_preset("jazz-finger"))
     quality = Quality("of this test", None, CASE["contact_rate"])
-    asked = Asked(apex=3.6e-3, angle=0.5, duration=1e-3, modes=60, quality=quality)
-    simulate_to_directory(bass, asked, tmp_path / "out", solver="reference")
+    requested = PluckRequest(apex=3.6e-3, angle=0.5, duration=1e-3, modes=60, quality=quality)
+    simulate_to_directory(bass, requested, tmp_path / "out", solver="reference")
     s = speaking(bass.strings[3], bass.necks[3], 0)
     with np.load(tmp_path / "out" / "result.npz") as result:
         assert float(result["contact_loss_s_per_m"]) == s.contact_loss > 0

@@ -17,15 +17,15 @@ import numpy as np
 import pytest
 from support.command import Run, assert_one_clear_line
 
-from livebass.engine.solve import heard, solve_trial
+from livebass.engine.solve import output_signal, solve_trial
 from livebass.files.whole import Transaction
-from livebass.kernels.string.records import MOST_NEAR
+from livebass.kernels.string.records import MAX_NEAR
 from livebass.lab.experiment import sweep
 from livebass.lab.experiment.grid import Point, Settings, axis, grid, names, target
-from livebass.lab.experiment.point import measured
-from livebass.lab.experiment.quantities import QUANTITIES, USUAL
+from livebass.lab.experiment.point import measure_point
+from livebass.lab.experiment.quantities import DEFAULT_QUANTITIES, QUANTITIES
 from livebass.lab.experiment.sweep import drawable, edges, pictures
-from livebass.lab.experiment.workers import computed
+from livebass.lab.experiment.workers import compute_points
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
 from livebass.model.quality import quality_with
@@ -214,8 +214,8 @@ def test_same_work_same_digest_whatever_else_the_preset_says(tmp_path: Path) -> 
 
 def test_quantities_are_those_of_the_motion() -> None:
     clean, hard = (p.work for p in points("pluck.apex=0.5mm:5mm:2", duration=0.15))
-    motion, result = solve_trial(hard.trial), measured(hard)
-    assert set(result) == set(QUANTITIES) and set(USUAL) <= set(QUANTITIES)
+    motion, result = solve_trial(hard.trial), measure_point(hard)
+    assert set(result) == set(QUANTITIES) and set(DEFAULT_QUANTITIES) <= set(QUANTITIES)
     times, frets = motion.contact_time_s, np.array(hard.trial.speaking.contact_fret)[motion.contact_index]
     assert result["contacts"] == times.size > 20
     assert (result["first_contact"], result["last_contact"]) == (times[0], times[-1])
@@ -226,7 +226,7 @@ def test_quantities_are_those_of_the_motion() -> None:
     nu = 97.976 * np.arange(1, 41) * (1 + 3.5e-5 * np.arange(1, 41) ** 2 / 2)
     assert result["energy"] == pytest.approx(6.69e-3 / 2 * np.sum((2 * math.pi * nu * q) ** 2), rel=5e-3)
     assert 0 < result["energy_left"] < 0.9
-    soft = measured(clean)
+    soft = measure_point(clean)
     assert soft["contacts"] == 0 and math.isnan(soft["first_contact"]) and math.isnan(soft["contact_phase"])
     assert soft["hardness"] < 1 < result["hardness"] == pytest.approx(10 * soft["hardness"])
     assert soft["energy_left"] > 0.9
@@ -237,10 +237,10 @@ def test_quantities_are_those_of_the_motion() -> None:
 
 def test_what_is_heard_is_the_sensor_or_the_pickups() -> None:
     (work,) = (p.work for p in points("pluck.apex=2mm:2mm:1"))
-    u, out = solve_trial(work.trial).displacement_m, heard(work.trial, work.output)
+    u, out = solve_trial(work.trial).displacement_m, output_signal(work.trial, work.output)
     change = np.diff(u) * work.output.gain
     np.testing.assert_allclose(np.diff(out), change, atol=0.02 * np.abs(change).max())  # up to a DC blocker
-    near, far = (measured(p.work) for p in points("pickup.1.position=140mm:160mm:2", preset="jazz-finger"))
+    near, far = (measure_point(p.work) for p in points("pickup.1.position=140mm:160mm:2", preset="jazz-finger"))
     differ = {name for name in QUANTITIES if near[name] != far[name] and not math.isnan(near[name])}
     assert differ == {"heard_peak", "heard_characteristic_frequency"}
     assert 0.01 < near["heard_peak"] < 1
@@ -248,8 +248,8 @@ def test_what_is_heard_is_the_sensor_or_the_pickups() -> None:
 
 def test_a_point_over_a_board() -> None:
     (point,) = grid(replace(settings("paper-fretless"), modes=90), [axis("pluck.apex=4mm:4mm:1")])
-    assert len(point.work.trial.speaking.contact_position) > MOST_NEAR
-    result = measured(point.work)
+    assert len(point.work.trial.speaking.contact_position) > MAX_NEAR
+    result = measure_point(point.work)
     assert result["contacts"] > 20 and result["heard_peak"] > 0
 
 
@@ -263,20 +263,20 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
     made, results = points("pluck.apex=1mm:2mm:5"), {}
     with Transaction() as files:
         sweep.prepare(files, tmp_path)
-    assert list(sweep.completed(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
+    assert list(sweep.compute_missing(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
     axes = [axis("pluck.apex=1mm:2mm:5")]
     before = sweep.Sweep(tuple(axes), tuple(made), results).table()
     files = sorted((tmp_path / "points").iterdir())
     assert [f.stem for f in files] == sorted(p.digest for p in made)
-    again = sweep.found(tmp_path, made)
+    again = sweep.read_points(tmp_path, made)
     assert sweep.Sweep(tuple(axes), tuple(made), again).table() == before
-    assert list(sweep.completed(tmp_path, made, again, fake)) == []
+    assert list(sweep.compute_missing(tmp_path, made, again, fake)) == []
     files[0].write_bytes(files[0].read_bytes()[:40])
     files[1].write_text("{}")
     files[2].write_text(files[3].read_text())
-    assert len(sweep.found(tmp_path, made)) == 2
+    assert len(sweep.read_points(tmp_path, made)) == 2
     finer = points("pluck.apex=1mm:2mm:9")
-    assert len(sweep.found(tmp_path, finer)) == 2
+    assert len(sweep.read_points(tmp_path, finer)) == 2
     rows = list(csv.reader(before.splitlines()))
     assert rows[0][:2] == ["pluck.apex [mm]", "contacts"] and len(rows) == 6
     assert rows[2][:2] == ["1.25", "3"] and float(rows[2][2]) == 1.25 / 3 and rows[2][13] == "nan"
@@ -284,7 +284,7 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
 
 def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command, with its processes replaced by this one."""
-    monkeypatch.setattr("livebass.lab.experiment.workers.computed", lambda points, workers, say: fake(points))
+    monkeypatch.setattr("livebass.lab.experiment.workers.compute_points", lambda points, workers, say: fake(points))
     vary = "--vary", "pluck.apex=1mm:2mm:3", "--vary", "neck.contact_stiffness=1e9:1e13:2:log"
     status, out, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--json", tmp_path / "s.json")
     assert status == 0 and not out, err
@@ -311,8 +311,8 @@ def test_without_memory_that_processes_share_one_computes_everything(monkeypatch
     said: list[str] = []
     monkeypatch.setattr("livebass.lab.experiment.workers.ProcessPoolExecutor", refuse)
     wanted = points("pluck.apex=1mm:2mm:3")
-    found = dict(computed(wanted, 2, said.append))
-    assert found == {point: measured(point.work) for point in wanted}
+    found = dict(compute_points(wanted, 2, said.append))
+    assert found == {point: measure_point(point.work) for point in wanted}
     assert said == ["this system lets processes share no memory (No such file or directory): one computes everything"]
 
 

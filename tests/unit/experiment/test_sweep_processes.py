@@ -11,10 +11,10 @@ import psutil
 import pytest
 from support.command import assert_one_clear_line
 from support.needs import processes
-from support.sweeps import COUNT, PATIENCE, THREADS, finished, gone, kept, paused, same, sweeping, swept, until
+from support.sweeps import COUNT, PATIENCE, THREADS, finish, has_ended, keep, paused, same, sweeping, swept, until
 
 from livebass.lab.experiment.grid import Settings, axis, grid
-from livebass.lab.experiment.workers import computed
+from livebass.lab.experiment.workers import compute_points
 from livebass.model.quality import quality_with
 
 
@@ -29,15 +29,15 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
         workers = paused(process)
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE)
-        until(lambda: all(map(gone, workers)))
-    before = kept(directory)
+        until(lambda: all(map(has_ended, workers)))
+    before = keep(directory)
     assert len(before) == 3 and not (directory / "sweep.csv").exists()
     (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as left by a kill during a write
     for left in (directory / "points").glob(".*"):
         os.utime(left, (1, 1))  # some time ago
     with sweeping(directory) as process:
-        assert f"{COUNT} points, {len(before)} found in" in finished(process)
-    after = kept(directory)
+        assert f"{COUNT} points, {len(before)} found in" in finish(process)
+    after = keep(directory)
     assert {name: after[name] for name in before} == before
     same(directory, undisturbed)
 
@@ -46,11 +46,11 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
 def test_a_worker_that_is_killed_loses_nothing(undisturbed: Path, tmp_path: Path) -> None:
     directory = tmp_path / "d"
     with sweeping(directory, "--workers", "2") as process:
-        until(lambda: len(kept(directory)) >= 2)
+        until(lambda: len(keep(directory)) >= 2)
         workers = [c for c in psutil.Process(process.pid).children() if "spawn_main" in " ".join(c.cmdline())]
         assert len(workers) == 2
         workers[0].kill()
-        assert "lost with a process that died" in finished(process)
+        assert "lost with a process that died" in finish(process)
     same(directory, undisturbed)
 
 
@@ -61,11 +61,11 @@ def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> N
         os.killpg(process.pid, signal.SIGINT)
         process.send_signal(signal.SIGCONT)
         _, err = process.communicate(timeout=PATIENCE)
-        until(lambda: all(map(gone, workers)))
+        until(lambda: all(map(has_ended, workers)))
     said, *error = err.splitlines(keepends=True)
     assert f"{COUNT} to compute with 1 process" in said
     assert_one_clear_line(process.returncode, "".join(error), (130,))
-    assert f"1 of {COUNT} points are kept" in err and len(kept(directory)) == 1
+    assert f"1 of {COUNT} points are kept" in err and len(keep(directory)) == 1
     assert not (directory / "sweep.csv").exists()
 
 
@@ -86,6 +86,6 @@ def test_a_point_that_kills_its_process_is_named_and_the_others_are_done(monkeyp
     said: list[str] = []
     done = []
     with pytest.raises(ChildProcessError, match=r"^pluck\.apex = 1\.5 mm: .* died 3 times$"):
-        for point, _ in computed([good[0], bad, good[2]], 2, said.append):
+        for point, _ in compute_points([good[0], bad, good[2]], 2, said.append):
             done.append(point)
     assert good[0] in done and bad not in done and said

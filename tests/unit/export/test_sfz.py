@@ -21,7 +21,7 @@ from support.quiet import without_noise
 from support.sampler import through_sfizz
 
 from livebass import QUALITIES, Instrument, fundamental, load_preset, preset_names, render_to_array, score_of
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.export import sfz
 from livebass.export.sfz import (
     FOLDER,
@@ -32,7 +32,7 @@ from livebass.export.sfz import (
     Stored,
     edges,
     keys_by_string,
-    played,
+    play_sample,
     sfz_text,
     velocities,
     write_pack,
@@ -69,7 +69,7 @@ class Written:
         return sound
 
 
-def written(folder: Path, preset: str, settings: PackSettings = TINY) -> Written:
+def write(folder: Path, preset: str, settings: PackSettings = TINY) -> Written:
     bass = load_preset(preset)
     pack = Pack(bass, preset, settings)
     write_pack(pack, folder)
@@ -78,7 +78,7 @@ def written(folder: Path, preset: str, settings: PackSettings = TINY) -> Written
 
 @pytest.fixture(scope="module")
 def slap(tmp_path_factory: pytest.TempPathFactory) -> Written:
-    return written(tmp_path_factory.mktemp("packs") / "slap", "slap-impulse")
+    return write(tmp_path_factory.mktemp("packs") / "slap", "slap-impulse")
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def pitch(sound: np.ndarray, start: float, note: int) -> float:
     expected = note_frequency(note)
     spectrum = np.fft.rfft(part * np.hanning(len(part)))
     spectrum[round(3.5 * expected * len(part) / RATE) :] = 0
-    track = fundamental(np.fft.irfft(spectrum, len(part)), RATE, least=0.9 * expected, most=1.1 * expected)
+    track = fundamental(np.fft.irfft(spectrum, len(part)), RATE, minimum=0.9 * expected, maximum=1.1 * expected)
     return float(np.nanmedian(track.frequency_hz))
 
 
@@ -178,7 +178,7 @@ def test_a_sample_is_what_livebass_renders(slap: Written) -> None:
         note = single_note(sample.zone.note, sample.velocity, TINY.length, RATE)
         strings = render_to_array(bass, note, TINY.quality, tail=0.0, seed=sample.seed)
         assert np.flatnonzero(np.abs(strings).max(axis=1) > 0).tolist() == [sample.zone.string]
-        ours, theirs = mixed(strings.astype(np.float32)), slap.sound(sample)
+        ours, theirs = mix_strings(strings.astype(np.float32)), slap.sound(sample)
         until = round(0.7 * TINY.length * RATE)
         lowered = max(1.0, float(np.abs(ours).max()) / sfz.FULL)
         assert np.abs(ours[:until] / lowered - theirs[:until]).max() <= FULL_SCALE_STEP
@@ -237,8 +237,8 @@ def test_a_key_is_on_the_string_that_the_player_chooses(preset: str) -> None:
 
 
 def test_the_same_options_give_the_same_bytes_and_replace_an_older_pack(slap: Written, tmp_path: Path) -> None:
-    assert files(written(tmp_path / "a", "slap-impulse").folder) == files(slap.folder)
-    fewer = written(tmp_path / "a", "slap-impulse", replace(TINY, layers=1, robins=1))
+    assert files(write(tmp_path / "a", "slap-impulse").folder) == files(slap.folder)
+    fewer = write(tmp_path / "a", "slap-impulse", replace(TINY, layers=1, robins=1))
     assert len(files(fewer.folder)) == len(fewer.pack.samples) + 2
 
 
@@ -266,7 +266,7 @@ def test_the_softest_notes_are_as_loud_as_the_velocity_curve_has_them(curve: Cur
 
     def loud(velocity: int) -> float:
         sample = replace(pack.samples[0], velocity=velocity)
-        sound = played(pack.engine.another(0), sample, 0.6)
+        sound = play_sample(pack.engine.another(0), sample, 0.6)
         return level(sound, 0.0, LEVEL_TIME)
 
     stored = [Stored(loud(s.velocity) if s.zone == pack.zones[0] else 0.0, 0.0) for s in pack.samples]
@@ -320,9 +320,9 @@ def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
         count.append(1)
         return np.random.default_rng(len(count)).uniform(-0.5, 0.5, 5000).astype(np.float32)
 
-    monkeypatch.setattr(sfz, "played", played)
+    monkeypatch.setattr(sfz, "play_sample", played)
     monkeypatch.setattr(Pack, "engine", SimpleNamespace(another=lambda seed: None))
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     monkeypatch.chdir(tmp_path)
     return count
 
@@ -417,7 +417,7 @@ def test_nothing_half_written(
                 time.sleep(0.05)
             return np.zeros(100, np.float32)
 
-        monkeypatch.setattr(sfz, "_stored", lambda *_: played() is None or sfz.Stored(-20.0, 0.0))
+        monkeypatch.setattr(sfz, "_measure_levels", lambda *_: played() is None or sfz.Stored(-20.0, 0.0))
     elif how == "full":
         sync, counted = os.fsync, []
 
@@ -458,10 +458,10 @@ def test_leftovers_of_a_killed_export_are_removed(quick: list[int], run: Run, tm
 def test_a_tempered_bass_is_sampled_at_every_fret() -> None:
     """Samplers shift a sample by equal semitones: a zone of several frets would be out of tune."""
     settings = PackSettings(QUALITIES["live"], RATE, frets=3)
-    usual, lower = (Pack(load_preset("slap", a4=a4), "slap", settings) for a4 in (440, 432))
+    default, lower = (Pack(load_preset("slap", a4=a4), "slap", settings) for a4 in (440, 432))
     own = Pack(load_preset("slap", temperament=[float(k) for k in range(12)]), "slap", settings)
-    assert [z.note for z in lower.zones] == [z.note for z in usual.zones] and len(own.zones) > len(usual.zones)
+    assert [z.note for z in lower.zones] == [z.note for z in default.zones] and len(own.zones) > len(default.zones)
     assert all(z.lowest == z.note == z.highest for z in own.zones)
-    for pack, tuned in ((lower, True), (usual, False)):
+    for pack, tuned in ((lower, True), (default, False)):
         text = sfz_text(pack, [Stored(0.0, 0.0)] * len(pack.samples))
         assert ("// Tuned to A = 432 Hz." in text) == tuned

@@ -25,16 +25,16 @@ pytest.importorskip("scipy")
 from support.fits import BASE, KNOWN, LOSS, NAME, PLACES, TONE, TRUTH
 
 from livebass.engine.engine import Engine
-from livebass.lab.comparison.notes import spread
+from livebass.lab.comparison.notes import spread_velocities
 from livebass.lab.fitting import bounds, estimates, judge, plan, search
 from livebass.lab.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
 from livebass.lab.fitting.notes import Recorded
 from livebass.lab.fitting.page import _in_words
-from livebass.lab.fitting.playing import USUAL_RATE, played, velocity_of
-from livebass.lab.fitting.problem import HOPELESS, solved
+from livebass.lab.fitting.playing import DEFAULT_RATE, play_note, velocity_of
+from livebass.lab.fitting.preset_text import changes_from, preset_text
+from livebass.lab.fitting.problem import HOPELESS, solve_task
 from livebass.lab.fitting.request import Fit
-from livebass.lab.fitting.target import Difference, heard, searched
-from livebass.lab.fitting.written import changed, preset_text
+from livebass.lab.fitting.target import Difference, measure_note, searched_figures
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.load import load_preset, preset_names, preset_tables
@@ -63,14 +63,14 @@ def test_the_score_falls_towards_the_truth(problem: Problem) -> None:
 
 def test_a_score_feels_steep_dynamics_and_spikes(real: dict[Place, Note]) -> None:
     """Hard notes that are 9 dB too loud, or whose attack stands 6 dB higher, count as much as a handful of rows."""
-    theirs = {p: (heard(n.sound, n.rate, n.pitch, searched("fingers")),) for p, n in real.items()}
+    theirs = {p: (measure_note(n.sound, n.rate, n.pitch, searched_figures("fingers")),) for p, n in real.items()}
     problem = Problem(NAME, BASE, "fingers", 2, theirs)
 
     def played(gain: float, spike: float) -> tuple[float, dict[tuple[str, int], Difference]]:
         ours = {p: takes[0] for p, takes in theirs.items()}
         loud = ours[PLACES[1]]
         figures = loud.figures | {"level": loud.figures["level"] + gain, "crest": loud.figures["crest"] + spike}
-        score, rows = problem.compared(ours | {PLACES[1]: replace(loud, figures=figures)})
+        score, rows = problem.compare(ours | {PLACES[1]: replace(loud, figures=figures)})
         return score.rows, rows
 
     assert played(0.0, 0.0)[0] == 0.0
@@ -92,11 +92,11 @@ def test_what_no_bass_can_be_is_hopeless_and_no_error(problem: Problem) -> None:
 
 
 def test_losses_are_read_off_the_decay(real: dict[Place, Note]) -> None:
-    told = estimates.losses(load_preset(NAME), recorded(real), FREE)
-    assert told["thermoelastic"] == pytest.approx(TRUTH[0], rel=0.5)  # 1.6e-4 in the base preset
+    reported = estimates.losses(load_preset(NAME), record(real), FREE)
+    assert reported["thermoelastic"] == pytest.approx(TRUTH[0], rel=0.5)  # 1.6e-4 in the base preset
 
 
-def recorded(takes: dict[Place, Note], **more: Any) -> Recorded:
+def record(takes: dict[Place, Note], **more: Any) -> Recorded:
     layers = tuple(f"v{k}" for k in range(1 + max(p.rank for p in takes)))
     given: dict[str, Any] = {"releases": (), "quiet": (), "normalized": True, "doubts": (), "digest": ""}
     return Recorded("a", "fingers", {p: (n,) for p, n in takes.items()}, layers, **(given | more))
@@ -106,49 +106,51 @@ def test_noise_is_read_off_a_silence_or_what_precedes_the_notes(problem: Problem
     rng = np.random.default_rng(1)
 
     def noise(seconds: float, level_db: float) -> np.ndarray[Any, Any]:
-        return 10 ** (level_db / 20) * rng.standard_normal(round(seconds * USUAL_RATE))
+        return 10 ** (level_db / 20) * rng.standard_normal(round(seconds * DEFAULT_RATE))
 
-    band = 10 * math.log10(USUAL_RATE / 2 / 2960)  # white noise over its part from 40 to 3000 Hz, dB
-    tone = np.sin(2 * math.pi * 110 * np.arange(USUAL_RATE) / USUAL_RATE)  # -3 dB
-    note = Note("", tone, USUAL_RATE, 110.0)
-    silent = recorded({PLACES[0]: note}, quiet=(Note("", noise(1.0, -53.0 + band), USUAL_RATE, 0.0),))
+    band = 10 * math.log10(DEFAULT_RATE / 2 / 2960)  # white noise over its part from 40 to 3000 Hz, dB
+    tone = np.sin(2 * math.pi * 110 * np.arange(DEFAULT_RATE) / DEFAULT_RATE)  # -3 dB
+    note = Note("", tone, DEFAULT_RATE, 110.0)
+    silent = record({PLACES[0]: note}, quiet=(Note("", noise(1.0, -53.0 + band), DEFAULT_RATE, 0.0),))
     assert estimates.floor(silent, problem) == pytest.approx(-50, abs=0.3)
     led = replace(note, sound=np.concatenate([noise(0.1, -63.0), tone]))
-    assert estimates.floor(recorded({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
+    assert estimates.floor(record({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
 
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])
 def test_hum_is_told_from_noise(problem: Problem, mains: float) -> None:
     rng = np.random.default_rng(2)
-    time = np.arange(5 * USUAL_RATE) / USUAL_RATE
-    tone = Note("", np.sin(2 * math.pi * 110 * time[:USUAL_RATE]), USUAL_RATE, 110.0)  # -3 dB
-    white = 10 ** ((-63.0 + 10 * math.log10(USUAL_RATE / 2 / 2960)) / 20) * rng.standard_normal(time.size)
+    time = np.arange(5 * DEFAULT_RATE) / DEFAULT_RATE
+    tone = Note("", np.sin(2 * math.pi * 110 * time[:DEFAULT_RATE]), DEFAULT_RATE, 110.0)  # -3 dB
+    white = 10 ** ((-63.0 + 10 * math.log10(DEFAULT_RATE / 2 / 2960)) / 20) * rng.standard_normal(time.size)
     harmonics = np.sum([np.sin(2 * math.pi * k * mains * time + k) / k for k in (1, 2, 3, 5, 7)], axis=0)
     mains_hum = 10 ** (-43 / 20) * harmonics / np.std(harmonics)
 
     def silence(sound: np.ndarray[Any, Any]) -> Recorded:
-        return recorded({PLACES[0]: tone}, quiet=(Note("", sound, USUAL_RATE, 0.0),))
+        return record({PLACES[0]: tone}, quiet=(Note("", sound, DEFAULT_RATE, 0.0),))
 
     assert estimates.hum(silence(white), problem.bass) is None
     found = estimates.hum(silence(white + mains_hum), problem.bass)
     assert found == (pytest.approx(-40, abs=0.3), mains)
     assert estimates.floor(silence(white + mains_hum), problem) == pytest.approx(-60, abs=1)
-    assert estimates.hum(recorded({PLACES[0]: tone}), problem.bass) is None
+    assert estimates.hum(record({PLACES[0]: tone}), problem.bass) is None
     assert estimates.hum(silence(0 * white), problem.bass) is None
     assert estimates.floor(silence(0 * white), problem) == estimates.FLOORS[0]
 
 
 def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
     tables = {**BASE, "player": {**BASE["player"], "release_noise": "8 dB"}}
-    loud = Engine(Builder(NAME).instrument(tables), QUALITIES["live"], USUAL_RATE, workers=1)
+    loud = Engine(Builder(NAME).instrument(tables), QUALITIES["live"], DEFAULT_RATE, workers=1)
     places = [Place(key, "", 0) for key in (32, 37, 42)]
-    takes = {p: Note("", played(loud.another(1), i, p.key, 90, 1.5), USUAL_RATE, 0.0) for i, p in enumerate(places)}
+    takes = {
+        p: Note("", play_note(loud.another(1), i, p.key, 90, 1.5), DEFAULT_RATE, 0.0) for i, p in enumerate(places)
+    }
     releases = tuple(
-        Note("", played(loud.another(1), i, p.key, 90, 1.4, 1.0)[USUAL_RATE:], USUAL_RATE, 0.0)
+        Note("", play_note(loud.another(1), i, p.key, 90, 1.4, 1.0)[DEFAULT_RATE:], DEFAULT_RATE, 0.0)
         for i, p in enumerate(places)
     )
-    assert estimates.knock(recorded(takes, releases=releases), load_preset(NAME)) == pytest.approx(8, abs=2.5)
-    assert estimates.knock(recorded(takes), load_preset(NAME)) is None
+    assert estimates.knock(record(takes, releases=releases), load_preset(NAME)) == pytest.approx(8, abs=2.5)
+    assert estimates.knock(record(takes), load_preset(NAME)) is None
 
 
 def test_only_a_palm_that_rests_is_fitted() -> None:
@@ -183,7 +185,7 @@ def test_forces_of_layers_become_velocities() -> None:
     forces = [5.0 * 10 ** (-x / 20) for x in (10.0, 8.0, 6.0, 0.0)]
     assert found == [velocity_of(player, force) for force in forces] and found == sorted(found)
     assert velocity_of(player, player.hardest) == 127 and velocity_of(player, 1e-9) == 1
-    assert found[0] == spread(4)[0]  # the new softest force keeps the usual velocity of the softest layer
+    assert found[0] == spread_velocities(4)[0]  # the new softest force keeps the usual velocity of the softest layer
     levelled = replace(made, normalized=True)
     assert "softest" not in levelled.own([5.5, 4.0, 6.0])["player"]
 
@@ -194,7 +196,7 @@ def test_the_preset_holds_only_what_changed_and_is_the_bass_that_was_scored(tmp_
     own = own_tables(bass, FREE, values, {"player": {"floor_noise": "-60 dB"}, "string": [{"name": s.name} for s in
                                                                                         bass.strings]})  # fmt: skip
     place = tmp_path / "mine.toml"
-    place.write_text(preset_text(NAME, place, changed(own, BASE), {("coil", "tone"): "sd 0.1"}, ["one", "two"],
+    place.write_text(preset_text(NAME, place, changes_from(own, BASE), {("coil", "tone"): "sd 0.1"}, ["one", "two"],
                                  name='My "bass"', description="d"))  # fmt: skip
     problem = Problem(NAME, BASE, "fingers", 1, {}, tuple(FREE), {"player": {"floor_noise": "-60 dB"}})
     made, scored = load_preset(place), Builder(NAME).instrument(problem.tables(values))
@@ -204,7 +206,12 @@ def test_the_preset_holds_only_what_changed_and_is_the_bass_that_was_scored(tmp_
     text = place.read_text()
     assert text.startswith(f'# one\n# two\nlike = "{NAME}"\nname = "My \\"bass\\""')
     assert "tone = 0.4  # sd 0.1" in text and "linear_density" not in text and made.name == 'My "bass"'
-    assert changed(problem.own([f.read(bass) for f in FREE]), BASE).keys() <= {"player", "pickup", "neck", "string"}
+    assert changes_from(problem.own([f.read(bass) for f in FREE]), BASE).keys() <= {
+        "player",
+        "pickup",
+        "neck",
+        "string",
+    }
 
 
 def test_a_base_in_a_file_is_named_from_the_new_preset(tmp_path: Path) -> None:
@@ -222,7 +229,7 @@ def _here(request: Fit, say: Say) -> Iterator[Any]:
 
     def compute(tasks: Sequence[Any]) -> Iterator[tuple[Any, dict[str, float]]]:
         for task in tasks:
-            yield task, solved(task.work)
+            yield task, solve_task(task.work)
 
     yield compute
 
@@ -249,7 +256,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     places = [Place(key, string, rank) for string, key in keys.items() for rank in (0, 1)]
     for place, note in KNOWN.play(TRUTH, places, seed=5).items():
         name = f"string{place.string}_{'soft' if place.rank == 0 else 'hard'}_{place.key}.wav"
-        soundfile.write(made / name, np.r_[np.zeros(2000), note.sound], USUAL_RATE, subtype="FLOAT")
+        soundfile.write(made / name, np.r_[np.zeros(2000), note.sound], DEFAULT_RATE, subtype="FLOAT")
     return made
 
 

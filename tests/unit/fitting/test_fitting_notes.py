@@ -10,7 +10,7 @@ import pytest
 import soundfile
 
 from livebass.lab.fitting.guide import steps
-from livebass.lab.fitting.notes import Place, recorded, string_of
+from livebass.lab.fitting.notes import Place, read_notes, string_of
 from livebass.lab.fitting.plan import FITTED, plan
 from livebass.lab.identification.partials import RecordingError
 from livebass.preset.load import load_preset
@@ -44,7 +44,7 @@ def chromatic(folder: Path, keys: range = range(40, 43), **levels: float) -> Pat
 def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
     names = {f"string{string}_{name}": tone(key, level)
              for string, key in (("E", 33), ("A", 33), ("d", 43)) for name, level in LEVELS.items()}  # fmt: skip
-    found = recorded([save(tmp_path, **names, silence=1e-4 * np.random.default_rng(0).standard_normal(RATE))])
+    found = read_notes([save(tmp_path, **names, silence=1e-4 * np.random.default_rng(0).standard_normal(RATE))])
     assert found.layers == ("pp", "mf", "ff") and not found.normalized and found.doubts == ()
     assert set(found.takes) == {Place(key, string, rank) for key, string in ((33, "E"), (33, "A"), (43, "D"))
                                 for rank in range(3)}  # fmt: skip
@@ -57,19 +57,19 @@ def test_files_without_sound_do_not_stop_a_fit(tmp_path: Path) -> None:
     """A gate or a muted input leaves zeros."""
     nothing = np.full(2 * RATE, 0.1)  # only an offset
     chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
-    found = recorded([save(tmp_path, n46_ff=nothing, silence=nothing, room_quiet=nothing)])
+    found = read_notes([save(tmp_path, n46_ff=nothing, silence=nothing, room_quiet=nothing)])
     assert len(found.takes) == 12 and len(found.quiet) == 2
     assert any("no note with a pitch is heard in n46_ff.wav" in doubt for doubt in found.doubts)
 
 
 def test_a_silence_with_hum_is_no_note(tmp_path: Path) -> None:
     chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
-    found = recorded([save(tmp_path, Silence2=0.01 * np.sin(2 * np.pi * 50 * np.arange(2 * RATE) / RATE))])
+    found = read_notes([save(tmp_path, Silence2=0.01 * np.sin(2 * np.pi * 50 * np.arange(2 * RATE) / RATE))])
     assert [Path(n.name).stem for n in found.quiet] == ["Silence2"] and min(p.key for p in found.takes) == 40
 
 
 def test_without_names_the_strings_are_a_doubt(tmp_path: Path) -> None:
-    found = recorded([chromatic(tmp_path, pp=-30, ff=-8)])
+    found = read_notes([chromatic(tmp_path, pp=-30, ff=-8)])
     assert {p.string for p in found.takes} == {""}
     assert len(found.doubts) == 1 and "the strings of all notes are found by their inharmonicity" in found.doubts[0]
 
@@ -79,12 +79,12 @@ def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(
     rest = np.zeros(round(0.4 * RATE))
     sounds = [np.concatenate([tone(s.key, LEVELS["mf"], 1.6), rest]) for s in guide]
     path = save(tmp_path, all=np.concatenate(sounds)) / "all.wav"
-    found = recorded([path], guide=guide)
+    found = read_notes([path], guide=guide)
     assert set(found.takes) == {Place(s.key, s.string, s.rank) for s in guide}
     assert found.layers == ("soft", "medium", "hard") and {len(t) for t in found.takes.values()} == {2}
     assert {n.open for place, takes in found.takes.items() for n in takes if place.key == 28} == {True}
     with pytest.raises(RecordingError, match="different notes"):  # in another order: one level is one layer
-        recorded([path], guide=guide[::-1])
+        read_notes([path], guide=guide[::-1])
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(
     ],
 )
 def test_layers_whose_levels_tell_nothing(tmp_path: Path, levels: dict[str, float], doubt: str) -> None:
-    found = recorded([chromatic(tmp_path, range(40, 47), **levels)])
+    found = read_notes([chromatic(tmp_path, range(40, 47), **levels)])
     assert found.normalized and any(doubt in each for each in found.doubts)
 
 
@@ -110,7 +110,7 @@ def test_defects_are_doubts(tmp_path: Path) -> None:
         n48_ff=tone(48, -8, 1.0),
         pick_n49_ff=tone(49, -8),
     )
-    found = recorded([tmp_path])
+    found = read_notes([tmp_path])
     for doubt in ("clip, such as n46_ff", "within the attack, such as n47_ff", "shorter than 1.3 s", "--technique"):
         assert any(doubt in each for each in found.doubts), doubt
     assert 48 not in found.keys and 49 not in found.keys
@@ -118,13 +118,13 @@ def test_defects_are_doubts(tmp_path: Path) -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="has no sound file"):
-        recorded([tmp_path])
+        read_notes([tmp_path])
     few = chromatic(tmp_path / "few", pp=-30.0)
     with pytest.raises(RecordingError, match=r"few: 3 different notes of 1.3 s: at least 6 .* --guide"):
-        recorded([few])
+        read_notes([few])
     one = save(tmp_path / "one", **{f"n_v{k}": tone(40, -30 + 3 * k) for k in range(1, 8)})
     with pytest.raises(RecordingError, match=f"one: all notes are {note_name(40)}; at least two pitches"):
-        recorded([one])
+        read_notes([one])
 
 
 @pytest.mark.parametrize(("keys", "layers"), [(14, 4), (12, 3), (3, 2), (7, 1), (2, 16)])

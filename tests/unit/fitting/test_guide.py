@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.command import Run, assert_one_clear_line
 
-from livebass.lab.comparison.notes import measured
+from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.fitting import recording
 from livebass.lab.fitting.guide import Step, steps
 from livebass.lab.fitting.recording import BLOCK, RATE, SILENCE_FILE, record
@@ -56,7 +56,7 @@ def test_recording_asks_again_for_bad_notes_and_skips_those_that_are_there(tmp_p
     ]  # fmt: skip
     names = {path.name for path in tmp_path.iterdir()}
     assert names == {SILENCE_FILE, *(step.file for step in wanted)}
-    found = measured([tmp_path])
+    found = measure_notes([tmp_path])
     assert [Path(n.name).name for n in found if n.kind == "silence"] == [SILENCE_FILE]
     assert {(n.dynamic, n.open) for n in found if n.kind == "note"} == {("soft", True), ("hard", True)}
     loud = read_sound(tmp_path / wanted[1].file, "recording", 10, (8000, 96_000)).samples

@@ -33,17 +33,17 @@ class Fake:
 
 
 class Computer:
-    """Computes tasks in any order; interrupts after `most`."""
+    """Computes tasks in any order; interrupts after `maximum`."""
 
-    def __init__(self, most: int = 10**9) -> None:
-        self.asked: list[tuple[float, ...]] = []
-        self.most = most
+    def __init__(self, maximum: int = 10**9) -> None:
+        self.requested: list[tuple[float, ...]] = []
+        self.maximum = maximum
 
     def __call__(self, tasks: Sequence[Any]) -> Iterator[tuple[Any, dict[str, float]]]:
         for task in random.sample(list(tasks), len(tasks)):
-            if len(self.asked) == self.most:
+            if len(self.requested) == self.maximum:
                 raise KeyboardInterrupt
-            self.asked.append(task.scaled)
+            self.requested.append(task.scaled)
             score = float(np.sum((np.array(task.scaled[:2]) - WANTED) ** 2)) * 10
             yield task, {"score": score, "rows": score, "distance": 0.0, "equalized": float("nan")}
 
@@ -61,11 +61,11 @@ def test_it_comes_nearer_and_leaves_what_the_notes_do_not_tell(tmp_path: Path) -
     assert found.begin["score"] == pytest.approx(1.3)  # of the better beginning
     assert found.score["score"] < 0.2 * found.begin["score"] and found.trials == 6 + 7 * POPULATION
     assert np.allclose(found.scaled[:2], WANTED, atol=0.15)
-    assert found.told == (True, True, False) and found.scaled[2] == 0.5
+    assert found.known == (True, True, False) and found.scaled[2] == 0.5
     counts, scores = zip(*found.curve, strict=True)
     assert counts == (0, 6, *(6 + POPULATION * k for k in range(1, 8)))
     assert scores[1] < 0.7 * scores[0] and list(scores) == sorted(scores, reverse=True)  # down the slope first
-    assert all(0 <= u <= 1 for each in computer.asked for u in each)
+    assert all(0 <= u <= 1 for each in computer.requested for u in each)
     assert not list(tmp_path.rglob(".*"))
 
 
@@ -73,20 +73,20 @@ def test_a_seed_gives_the_same_trials_and_another_one_others(tmp_path: Path) -> 
     a, b, c = Computer(), Computer(), Computer()
     first, again = searched(tmp_path / "a", a, trials=24), searched(tmp_path / "b", b, trials=24)
     other = searched(tmp_path / "c", c, seed=2, trials=24)
-    assert first == again and sorted(a.asked) == sorted(b.asked)
-    assert other != first and len(set(a.asked) & set(c.asked)) == 2 + 6  # the beginnings, and the slope
+    assert first == again and sorted(a.requested) == sorted(b.requested)
+    assert other != first and len(set(a.requested) & set(c.requested)) == 2 + 6  # the beginnings, and the slope
 
 
 def test_interrupted_it_goes_on_to_the_same_result(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         searched(tmp_path / "a", stopped := Computer(20), trials=24)
     kept = len(list((tmp_path / "a" / "points").glob("*.json")))
-    assert kept == len(stopped.asked) == 20
+    assert kept == len(stopped.requested) == 20
     rest = searched(tmp_path / "a", goes_on := Computer(), trials=24)
     assert rest == searched(tmp_path / "b", whole := Computer(), trials=24)
-    assert len(goes_on.asked) + 20 == len(whole.asked)
+    assert len(goes_on.requested) + 20 == len(whole.requested)
     longer = searched(tmp_path / "a", more := Computer(), trials=36)
-    assert longer.trials == 30 and 12 <= len(more.asked) < 24
+    assert longer.trials == 30 and 12 <= len(more.requested) < 24
 
 
 def test_a_few_trials_are_one_generation(tmp_path: Path) -> None:

@@ -21,9 +21,9 @@ from livebass.lab.identification.across import fit_own, heard_of_both, level_acr
 from livebass.lab.identification.identify import identify
 from livebass.lab.identification.lines import Line
 from livebass.lab.identification.partials import Found
+from livebass.lab.identification.preset_text import new_preset
 from livebass.lab.identification.result import Identified
 from livebass.lab.identification.tables import table
-from livebass.lab.identification.written import new_preset
 from livebass.model import modes
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.neck import Admittance
@@ -48,7 +48,7 @@ def bass(stiffness: float, longer: float, neck: bool = True, angle: float = 0.8)
     return without_noise(made, pluck_angle=angle, angle_when_hard=0.0, unevenness=0.0)
 
 
-def heard(folder: Path, played: Instrument, by: Instrument | None = None) -> Identified:
+def listen(folder: Path, played: Instrument, by: Instrument | None = None) -> Identified:
     """Renders a soft E of 4.5 s and identifies it from `by`."""
     score = single_note(played.strings[0].open_note, 20, 4.5, RATE)
     sound = render_to_array(played, score, QUALITIES["live"], tail=0.0).sum(axis=0)
@@ -65,7 +65,7 @@ def test_the_law_of_a_rendered_string_is_found(tmp_path: Path, stiffness: float,
 
     Lines closer to each other than their width determine less: 0.4 mm.
     """
-    result = heard(tmp_path, bass(stiffness, longer))
+    result = listen(tmp_path, bass(stiffness, longer))
     own = result.own
     assert own is not None and own.misfit < 0.2
     assert own.stiffness == pytest.approx(stiffness, rel=0.2)
@@ -85,7 +85,7 @@ def test_the_preset_beats_and_decays_as_the_string_did(tmp_path: Path) -> None:
         pickup["across"] = 0.8
     base, played = tmp_path / "base.toml", bass(4.0, 2e-3)
     base.write_text(tomlkit.dumps(document))
-    result = heard(tmp_path, played, load_preset(str(base)))
+    result = listen(tmp_path, played, load_preset(str(base)))
     (tmp_path / "mine.toml").write_text(new_preset(str(base), "E", result, [tmp_path / "e.wav"]))
     made = load_preset(str(tmp_path / "mine.toml"))
     assert made.necks[0].own_across and made.necks[1] == load_preset(str(base)).necks[1]
@@ -104,7 +104,7 @@ SINGLE = {"v as u": (1.0, 0.0), "rigid": (1.0, 0.0, False), "straight up": (4.0,
 
 @pytest.mark.parametrize("case", quick(SINGLE, ["v as u"]))
 def test_single_lines_write_nothing(tmp_path: Path, case: str) -> None:
-    result = heard(tmp_path, bass(*SINGLE[case]))
+    result = listen(tmp_path, bass(*SINGLE[case]))
     assert result.own is None and not any(p.v for p in result.partials)
     text, shipped = new_preset("jazz-finger", "E", result, [tmp_path / "e.wav"]), preset_source("jazz-finger")[1]
     for key in ("stiffness_across", "longer_across"):

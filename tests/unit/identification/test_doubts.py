@@ -53,7 +53,7 @@ def save(path: Path, sound: np.ndarray, subtype: str = "PCM_24", clip: float = 1
     return path
 
 
-def heard(path: Path, modes: int = 20, preset: str = "paper-g") -> Identified:
+def listen(path: Path, modes: int = 20, preset: str = "paper-g") -> Identified:
     return identify([path], load_preset(preset), modes=modes)
 
 
@@ -67,7 +67,7 @@ def open_string(preset: str, name: str) -> Speaking:
 def test_a_clipped_beginning_is_left_out(tmp_path: Path, subtype: str) -> None:
     sound = 4 * note(paper_g())
     late = int(np.flatnonzero(np.abs(sound) > 0.9)[-1]) / RATE
-    result = heard(save(tmp_path / "g.wav", sound, subtype, 0.9))
+    result = listen(save(tmp_path / "g.wav", sound, subtype, 0.9))
     assert (
         len(result.doubts) == 1 and "clips for" in result.doubts[0] and "g.wav: the note at 0.27 s" in result.doubts[0]
     )
@@ -108,7 +108,7 @@ def test_another_note_after_it(run: Run, tmp_path: Path, given: tuple[str, ...])
 def test_noise_after_it(tmp_path: Path) -> None:
     noise = np.random.default_rng(2).normal(scale=0.05, size=RATE)
     quiet = note(paper_g()) * np.exp(-np.arange(3 * RATE) / RATE)
-    (doubt,) = heard(save(tmp_path / "g.wav", np.concatenate([quiet, np.zeros(RATE // 2), noise]))).doubts
+    (doubt,) = listen(save(tmp_path / "g.wav", np.concatenate([quiet, np.zeros(RATE // 2), noise]))).doubts
     assert doubt.endswith("has no clear pitch: left out")
 
 

@@ -60,7 +60,7 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the sign as printed, and exp(+i omega t), the resonances explain the frequencies much worse."""
     monkeypatch.setattr("livebass.lab.identification.fit.detuning", lambda *given: -detuning(*given))
-    printed = fit_neck(g_string(), most=len(paper.resonances))
+    printed = fit_neck(g_string(), maximum=len(paper.resonances))
     assert printed.left > 1.3 * paper.left
 
 

@@ -395,17 +395,17 @@ def test_another_tuning(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "string", "f0", "inharmonicity", "least"),
+    ("file", "string", "f0", "inharmonicity", "minimum"),
     quick(REAL, []),  # an example of the README, which always runs, has the G
 )
 def test_a_real_bass(
-    run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], least: int
+    run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], minimum: int
 ) -> None:
     """Recordings under the MIT licence, see recordings/LICENSE. The G of the paper, on another bass, has B = 3.5e-5."""
     path, mine, figures = RECORDINGS / file, tmp_path / "mine.toml", tmp_path / "mine.json"
     cli_text(run, "identify", path, "-o", mine, "--json", figures)
     said = json.loads(figures.read_text())
-    assert said["string"] == string and len(said["partials"]) >= least and not said["rejected_takes"]
+    assert said["string"] == string and len(said["partials"]) >= minimum and not said["rejected_takes"]
     assert said["f0_hz"] == pytest.approx(f0, rel=0.015)
     assert inharmonicity[0] < said["inharmonicity"] < inharmonicity[1]
     low = said["partials"][:5]

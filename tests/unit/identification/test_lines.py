@@ -12,7 +12,7 @@ from support.costs import quick
 from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES
 
-from livebass.lab.identification.glide import Glide, glide_of, straightened
+from livebass.lab.identification.glide import Glide, glide_of, straighten
 from livebass.lab.identification.identify import identify
 from livebass.lab.identification.partials import Take, track
 from livebass.lab.identification.result import Identified
@@ -32,7 +32,7 @@ def tones(lines: list[tuple[float, float, float]], seconds: float = 4.0, ahead: 
     return sound + np.random.default_rng(1).normal(scale=1e-4, size=t.size)
 
 
-def heard(folder: Path, sound: np.ndarray) -> Identified:
+def listen(folder: Path, sound: np.ndarray) -> Identified:
     silence = np.random.default_rng(2).normal(scale=1e-4, size=RATE // 4)
     soundfile.write(folder / "g.wav", 0.02 * np.concatenate([silence, sound]), RATE, subtype="FLOAT")
     return identify(folder / "g.wav", load_preset("paper-g"), modes=COUNT)
@@ -55,7 +55,7 @@ def test_the_t60_of_two_lines_is_that_heard(tmp_path: Path, faster: float, level
     slow = 10 ** (level / 20)
     pairs = {j: [(NU[j], faster, 1.0), (NU[j] + apart, 0.4, slow)] for j in (3, 6, 10)}
     lines = [line for j in range(COUNT) for line in pairs.get(j, [(NU[j], SIGMA[j], 1.0)])]
-    result = heard(tmp_path, tones(lines))
+    result = listen(tmp_path, tones(lines))
     by_number = {p.number: p for p in result.partials}
     assert {j for j, p in by_number.items() if p.v} == {4, 7, 11}
     for j, pair in pairs.items():
@@ -72,7 +72,7 @@ def test_the_t60_of_two_lines_is_that_heard(tmp_path: Path, faster: float, level
 def test_a_glide_is_no_second_line(tmp_path: Path) -> None:
     """A string that starts 8 cents sharp: single lines with its own dampings, and the pitch it settles at."""
     glide = Glide(((0.003, 0.3), (0.0016, 0.9)))
-    result = heard(tmp_path, tones([(nu, sigma, 1.0) for nu, sigma in zip(NU, SIGMA, strict=True)], ahead=glide))
+    result = listen(tmp_path, tones([(nu, sigma, 1.0) for nu, sigma in zip(NU, SIGMA, strict=True)], ahead=glide))
     assert not any(p.v for p in result.partials) and result.across is None
     np.testing.assert_allclose([p.damping for p in result.partials], SIGMA, rtol=0.03)
     assert max(abs(cents(p.frequency / nu)) for p, nu in zip(result.partials, NU, strict=True)) < 0.5
@@ -85,7 +85,7 @@ def test_two_lines_that_glide(tmp_path: Path) -> None:
     """It separates the two lines of a partial from the glide of all."""
     glide = Glide(((0.002, 0.5),))
     lines = [(nu, sigma, 1.0) for nu, sigma in zip(NU, SIGMA, strict=True)] + [(NU[4] + 0.8, 0.3, 0.4)]
-    result = heard(tmp_path, tones(lines, ahead=glide))
+    result = listen(tmp_path, tones(lines, ahead=glide))
     assert [p.number for p in result.partials if p.v] == [5]
     assert result.across is not None and result.across.detuning == pytest.approx(0.8 / NU[4], rel=0.05)
 
@@ -100,6 +100,6 @@ def test_straightened_sound_is_that_of_a_steady_string() -> None:
     glide = Glide(((0.005, 0.4),))
     lines = [(NU[0], 0.5, 1.0), (NU[9], 1.0, 0.3)]
     take = Take("g.wav", 0.0, tones(lines, 2.0, glide), RATE)
-    mine, steady = straightened(take, glide).sound, tones(lines, 2.1)
+    mine, steady = straighten(take, glide).sound, tones(lines, 2.1)
     # amplitudes stay in place, up to 2 ms later
     assert np.sqrt(np.mean((mine - steady[: mine.size])[RATE // 10 :] ** 2)) < 3e-3

@@ -15,7 +15,7 @@ from support.costs import quick
 from support.own_basses import FOLDER, load_preset
 from support.presets import STRING_A
 
-from livebass.engine.solve import heard
+from livebass.engine.solve import output_signal
 from livebass.lab.identification.identify import identify
 from livebass.lab.identification.onset import can_be_fitted
 from livebass.lab.identification.result import Identified
@@ -27,7 +27,7 @@ BASE = FOLDER / "jazz-finger.toml"
 RATE, CONTACT_RATE = 48_000, 384_000
 
 
-def usual_bass() -> Instrument:
+def default_bass() -> Instrument:
     """A Jazz Bass plucked near the neck pickup, its pot half open: the sought values lie on either side.
 
     Its neck takes less than `jazz-finger`'s, which would blur the levels of single partials.
@@ -44,7 +44,7 @@ def usual_bass() -> Instrument:
 
 def other_bass(place: float, rounding: float, pickups: tuple[float, ...], tone: float) -> Instrument:
     """The usual bass with another pluck (m from the saddle, m), pickups (m) and tone."""
-    bass = usual_bass()
+    bass = default_bass()
     moved = tuple(replace(p, position=x) for p, x in zip(bass.output.pickups, pickups, strict=True))
     output = replace(bass.output, pickups=moved, coil=replace(bass.output.coil, tone=tone))
     length = bass.strings[0].length
@@ -65,7 +65,7 @@ def note_of(bass: Instrument, string: int) -> np.ndarray:
         3.0,
         s.length - bass.output.sensor,
     )
-    sound = heard(trial, bass.output)
+    sound = output_signal(trial, bass.output)
     sound = np.concatenate([np.zeros(RATE // 4), 0.5 / np.abs(sound).max() * sound])
     return sound + np.random.default_rng(1).normal(scale=5e-5, size=sound.size)
 
@@ -78,17 +78,17 @@ CASES = {
 
 
 @cache
-def found(case: str, folder: Path) -> Identified:
+def find_onset(case: str, folder: Path) -> Identified:
     string, place, rounding, pickups, tone = CASES[case]
     path = folder / f"{case}.wav"
     soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), string), RATE, subtype="FLOAT")
-    return identify(path, usual_bass(), modes=40)
+    return identify(path, default_bass(), modes=40)
 
 
 @pytest.mark.parametrize("case", quick(CASES, ["near the bridge"]))
 def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
     _, place, rounding, pickups, tone = CASES[case]
-    onset = found(case, tmp_path).onset
+    onset = find_onset(case, tmp_path).onset
     assert onset is not None and onset.misfit < 2.0 < 8.0 < onset.before
     assert onset.place == pytest.approx(place, abs=3e-3)
     assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=4e-3)
@@ -103,7 +103,7 @@ def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
 
 def test_a_finger_may_be_as_dark_as_a_tone(tmp_path: Path) -> None:
     """The tone is almost closed; an open one under a wider finger is as dark, and the doubt states the truth."""
-    onset = found("dark", tmp_path).onset
+    onset = find_onset("dark", tmp_path).onset
     assert onset is not None and onset.tone > 0.4
     assert any("a tone of 0.02 under a finger of 7 mm is as dark as" in doubt for doubt in onset.doubts)
 
@@ -167,7 +167,7 @@ def test_what_the_preset_cannot_have() -> None:
 @pytest.mark.slow
 def test_one_pickup_leaves_a_choice(tmp_path: Path) -> None:
     """A lone pickup's comb looks like the pluck's: their assignment is a doubt."""
-    bass = usual_bass()
+    bass = default_bass()
     one = replace(bass, output=replace(bass.output, pickups=bass.output.pickups[:1]))
     played = replace(one, player=replace(one.player, pluck_position=1 - 0.1 / one.strings[1].length, rounding=2e-3))
     path = tmp_path / "a.wav"

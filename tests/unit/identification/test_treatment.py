@@ -30,17 +30,17 @@ def string(noise: float = 1e-4) -> np.ndarray:
     return sound + np.random.default_rng(3).normal(scale=noise, size=T.size)
 
 
-def looped(sound: np.ndarray, since: float = 0.8, length: float = 0.2) -> np.ndarray:
+def loop(sound: np.ndarray, since: float = 0.8, length: float = 0.2) -> np.ndarray:
     first, turn = round(since * RATE), round(length * RATE)
     return sound[np.where(np.arange(sound.size) < first, np.arange(sound.size), 0) + np.where(
         np.arange(sound.size) < first, 0, first + (np.arange(sound.size) - first) % turn)]  # fmt: skip
 
 
-def faded(sound: np.ndarray, seconds: float = 1.0) -> np.ndarray:
+def fade(sound: np.ndarray, seconds: float = 1.0) -> np.ndarray:
     return sound * np.clip((T[-1] - T) / seconds, 0, 1)
 
 
-def compressed(sound: np.ndarray, threshold: float = -12.0, ratio: float = 4.0) -> np.ndarray:
+def compress(sound: np.ndarray, threshold: float = -12.0, ratio: float = 4.0) -> np.ndarray:
     """A compressor that follows the level within 50 ms and releases below the threshold (dB below the loudest)."""
     window = np.hanning(round(0.1 * RATE))
     level = 10 * np.log10(np.convolve(sound**2, window / window.sum(), "same") + 1e-12)
@@ -48,28 +48,28 @@ def compressed(sound: np.ndarray, threshold: float = -12.0, ratio: float = 4.0) 
     return sound * 10 ** (-over * (1 - 1 / ratio) / 20)
 
 
-def heard(folder: Path, sound: np.ndarray, lead: bool = True, modes: int = COUNT) -> Identified:
+def listen(folder: Path, sound: np.ndarray, lead: bool = True, modes: int = COUNT) -> Identified:
     silence = np.random.default_rng(2).normal(scale=1e-4, size=RATE // 4 if lead else 0)
     soundfile.write(folder / "g.wav", np.concatenate([silence, sound]), RATE, subtype="PCM_24")
     return identify(folder / "g.wav", load_preset("paper-g"), modes=modes)
 
 
 def test_an_untouched_note_raises_no_doubt(tmp_path: Path) -> None:
-    assert heard(tmp_path, string()).doubts == ()
+    assert listen(tmp_path, string()).doubts == ()
 
 
 @pytest.mark.parametrize(
     ("length", "noise"), [(0.0102 * 3, 0.0), (0.0102 * 3, 3e-3), (0.2, 1e-4), (0.7, 0.0), (0.7, 3e-3)]
 )
 def test_a_loop_is_found_and_left_out(tmp_path: Path, noise: float, length: float) -> None:
-    result = heard(tmp_path, looped(string(noise), 1.0, length), modes=FEW)
+    result = listen(tmp_path, loop(string(noise), 1.0, length), modes=FEW)
     (doubt,) = (d for d in result.doubts if "loop" in d)
     assert f"repeats itself every {round(length * RATE) / RATE:.4g} s" in doubt
     assert 0.9 < result.takes[0].duration_s < 1.0 + length + 0.25
 
 
 def test_a_loop_left_out_leaves_the_dampings(tmp_path: Path) -> None:
-    result = heard(tmp_path, looped(string(), 1.0, 0.2))
+    result = listen(tmp_path, loop(string(), 1.0, 0.2))
     off = [abs(np.log(p.damping / SIGMA[p.number - 1])) for p in result.partials]
     assert len(off) == COUNT and np.median(off) < 0.02
 
@@ -86,22 +86,22 @@ def test_strings_and_sines_are_no_loops(noise: float) -> None:
     ("done", "says"),
     [
         (lambda x: x[: round(1.2 * RATE)], "is cut after 1.2 s, where it has fallen by"),
-        (lambda x: compressed(x), "a compressor that lets go there"),
-        (lambda x: faded(x), "a fade, or a hand"),
+        (lambda x: compress(x), "a compressor that lets go there"),
+        (lambda x: fade(x), "a fade, or a hand"),
     ],
     ids=["cut", "compressed", "faded"],
 )
 def test_what_was_done_is_said(tmp_path: Path, done: Callable[[np.ndarray], np.ndarray], says: str) -> None:
-    (doubt,) = heard(tmp_path, done(string())).doubts
+    (doubt,) = listen(tmp_path, done(string())).doubts
     assert says in doubt and "g.wav: the note at 0.2" in doubt
 
 
 def test_a_fade_left_out_leaves_the_dampings(tmp_path: Path) -> None:
-    result = heard(tmp_path, faded(string()))
+    result = listen(tmp_path, fade(string()))
     off = [abs(np.log(p.damping / SIGMA[p.number - 1])) for p in result.partials]
     assert len(off) == COUNT and np.median(off) < 0.1 and result.takes[0].duration_s < 3.3
 
 
 def test_a_note_without_its_attack(tmp_path: Path) -> None:
-    (doubt,) = heard(tmp_path, string()[round(0.3 * RATE) + 37 :], lead=False, modes=FEW).doubts
+    (doubt,) = listen(tmp_path, string()[round(0.3 * RATE) + 37 :], lead=False, modes=FEW).doubts
     assert "its attack is cut off" in doubt

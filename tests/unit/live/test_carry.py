@@ -131,12 +131,12 @@ def test_a_note_rings_on_without_a_click(version: Version, name: str, when: floa
     """The third difference is at most twice the greatest of the same moments without the change."""
     one, other = begin(version("as it is"), when), begin(version("as it is"), when)
     one.become(version(name))
-    sound, usual = (each.play(RATE // 2) for each in (one, other))
+    sound, default = (each.play(RATE // 2) for each in (one, other))
     now = slice(0, RATE // 50)
-    assert np.abs(np.diff(sound, 3))[now].max() < 2.0 * np.abs(np.diff(usual, 3))[now].max()
-    levels = [20 * np.log10(np.sqrt(np.mean(x[-RATE // 10 :] ** 2))) for x in (sound, usual)]
+    assert np.abs(np.diff(sound, 3))[now].max() < 2.0 * np.abs(np.diff(default, 3))[now].max()
+    levels = [20 * np.log10(np.sqrt(np.mean(x[-RATE // 10 :] ** 2))) for x in (sound, default)]
     assert levels[0] > levels[1] - 9.0
-    assert not np.array_equal(sound, usual), "the change is heard"
+    assert not np.array_equal(sound, default), "the change is heard"
 
 
 def test_no_storm_of_changes_adds_energy(version: Version) -> None:

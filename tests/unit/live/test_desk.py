@@ -27,7 +27,7 @@ from livebass.live.thread.desk import BEAT, WEAK
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
 from livebass.rows.arrays import Floats
-from livebass.rows.techniques import GHOST, LEARNED, LEAST, MOST, PARAMETER, THUMB_ON_ALL
+from livebass.rows.techniques import GHOST, LEARNED, MAXIMUM, MINIMUM, PARAMETER, THUMB_ON_ALL
 from livebass.score.phrases import demo_score
 from livebass.score.reading import read_score
 from livebass.score.score import Score, score_of
@@ -48,7 +48,7 @@ def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> 
     return desk, synth, FakeDevice(synth)
 
 
-def ended(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int, ...]]:
+def end_messages(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int, ...]]:
     """The messages that end the sounding notes when the score stops."""
     desk.rolling = False
     synth.played()
@@ -106,11 +106,11 @@ def test_a_pause_rests_the_strings_of_a_tablature(tmp_path: Path) -> None:
     hands, controls = (synth.bass.engine.performer[0][name] for name in ("hands", "controls"))  # type: ignore[union-attr]
     held = int(hands["latest"])
     assert hands["palmed"] and controls["string_bend"].any() and hands["state"].astype(bool).sum() == 2
-    assert {message[0] for message in ended(desk, synth, device)} == {STRING_REST}
+    assert {message[0] for message in end_messages(desk, synth, device)} == {STRING_REST}
     assert (
         not hands["palmed"] and not controls["string_bend"].any() and np.flatnonzero(hands["state"]).tolist() == [held]
     )
-    assert ended(desk, synth, device) == [], "once"
+    assert end_messages(desk, synth, device) == [], "once"
 
 
 def test_a_loop_of_a_tablature_begins_with_strings_at_rest(tmp_path: Path) -> None:
@@ -390,10 +390,10 @@ def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() ->
             synth.receive(0xB0, 20, value)
             device.block(16)
             values.append(synth.value(PARAMETER, number))
-        most = {"gain": 0, "technique": THUMB_ON_ALL}.get(symbol, MOST[number])  # the stroke takes its first four
-        assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
+        maximum = {"gain": 0, "technique": THUMB_ON_ALL}.get(symbol, MAXIMUM[number])  # the stroke takes its first four
+        assert values == sorted(values) and values[0] == MINIMUM[number] and values[-1] == maximum
         if symbol != "gain":
-            assert values[64 if LEAST[number] < 0 else 0] == 0
+            assert values[64 if MINIMUM[number] < 0 else 0] == 0
         if PARAMETERS[number].whole:
             assert {value % 1 for value in values} == {0}
 
@@ -554,8 +554,8 @@ def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_
     desk, synth, device = desk_and_device(score)
     desk.seek(0.35)
     play(device, 64)
-    told = [m[1:] for m in synth.played()]
-    assert told == [
+    reported = [m[1:] for m in synth.played()]
+    assert reported == [
         (0xB0, 126, 4), (0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 7), (0xE3, 0, 70), (0xB3, 74, 9), (0xE0, 0, 100),
     ]  # fmt: skip
     assert synth.bass is not None
@@ -568,7 +568,7 @@ def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_
     ]  # fmt: skip
     desk.seek(0.15)
     play(device, RATE // 10)
-    assert ended(desk, synth, device) == [(0x80, 43, 0), (0xE0, 0, 64), (0xE3, 0, 64)]
+    assert end_messages(desk, synth, device) == [(0x80, 43, 0), (0xE0, 0, 64), (0xE3, 0, 64)]
 
 
 def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
@@ -629,7 +629,7 @@ def test_a_pause_lifts_the_pedal_of_every_channel(tmp_path: Path) -> None:
     )  # fmt: skip
     desk, synth, device = desk_and_device(score)
     play(device, LEADING + 4800)
-    assert ended(desk, synth, device) == [(0x81, 28, 0), (0x82, 33, 0), (0xB1, 64, 0)]
+    assert end_messages(desk, synth, device) == [(0x81, 28, 0), (0x82, 33, 0), (0xB1, 64, 0)]
 
 
 def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:

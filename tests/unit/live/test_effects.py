@@ -41,7 +41,7 @@ def synth_of(bass: Instrument) -> tuple[Synth, FakeDevice]:
     return synth, FakeDevice(synth)
 
 
-def played(bass: Instrument, events: list[Event] = [], sizes: tuple[int, ...] = (512,), frames: int = FRAMES) -> Floats:  # noqa: B006
+def play(bass: Instrument, events: list[Event] = [], sizes: tuple[int, ...] = (512,), frames: int = FRAMES) -> Floats:  # noqa: B006
     """The synth's sound of SCORE and of events, in blocks of `sizes` in turn."""
     synth, device = synth_of(bass)
     for frame, message in zip(SCORE.frames.tolist(), SCORE.messages.tolist(), strict=True):
@@ -55,7 +55,7 @@ def played(bass: Instrument, events: list[Event] = [], sizes: tuple[int, ...] = 
     return np.concatenate(out)[:frames]
 
 
-def rendered(bass: Instrument) -> Floats:
+def render(bass: Instrument) -> Floats:
     """The mix of a render."""
     engine = Engine(bass, LIGHT, RATE)
     engine.send(SCORE.frames, SCORE.messages)
@@ -74,30 +74,30 @@ ON: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("kind", ON)
 def test_a_synth_plays_what_a_render_has(kind: str) -> None:
     bass = behind(SLAP, **ON[kind])
-    wanted = rendered(bass)
+    wanted = render(bass)
     assert np.abs(wanted).max() > 0.01
     for sizes in ((512,), (64,), (37, 700, 1, 2000)):
-        assert np.array_equal(played(bass, sizes=sizes), wanted), sizes
+        assert np.array_equal(play(bass, sizes=sizes), wanted), sizes
 
 
 @pytest.mark.parametrize("kind", ON)
 def test_the_floor_goes_through_the_effects_as_in_a_render(kind: str) -> None:
     """The bits are the same in any blocks, and through a rest."""
     bass = behind(replace(SLAP, player=replace(SLAP.player, floor_noise=-30.0)), **ON[kind])
-    wanted = rendered(bass)
-    floor = wanted - rendered(behind(SLAP, **ON[kind]))
+    wanted = render(bass)
+    floor = wanted - render(behind(SLAP, **ON[kind]))
     assert np.abs(floor[-1000:]).max() > 1e-4
     for sizes in ((512,), (37, 700, 1, 2000)):
-        assert np.array_equal(played(bass, sizes=sizes), wanted), sizes
+        assert np.array_equal(play(bass, sizes=sizes), wanted), sizes
 
 
 def test_knobs_of_a_host_take_the_place_of_the_bass() -> None:
-    asked = [(0, EFFECT, COMPRESSION, 0.5), (0, EFFECT, DRIVE, 0.25)]
-    wanted = rendered(behind(SLAP, compression=0.5, drive=0.25))
-    assert np.array_equal(played(SLAP, asked), wanted)
-    assert np.array_equal(played(behind(SLAP, compression=0.9, drive=1.0), asked), wanted)
-    again = [*asked, (0, EFFECT, COMPRESSION, float("nan")), (0, EFFECT, DRIVE, -3.0)]
-    assert np.array_equal(played(behind(SLAP, drive=0.5), again), rendered(behind(SLAP, drive=0.5)))
+    requested = [(0, EFFECT, COMPRESSION, 0.5), (0, EFFECT, DRIVE, 0.25)]
+    wanted = render(behind(SLAP, compression=0.5, drive=0.25))
+    assert np.array_equal(play(SLAP, requested), wanted)
+    assert np.array_equal(play(behind(SLAP, compression=0.9, drive=1.0), requested), wanted)
+    again = [*requested, (0, EFFECT, COMPRESSION, float("nan")), (0, EFFECT, DRIVE, -3.0)]
+    assert np.array_equal(play(behind(SLAP, drive=0.5), again), render(behind(SLAP, drive=0.5)))
 
 
 def test_knobs_and_gain_move_at_their_frames_in_any_blocks() -> None:
@@ -105,17 +105,17 @@ def test_knobs_and_gain_move_at_their_frames_in_any_blocks() -> None:
         (3001, EFFECT, DRIVE, 0.5), (7007, PARAMETER, GAIN_DB, -7.0), (9000, EFFECT, COMPRESSION, 0.8),
         (15_000, EFFECT, DRIVE, 0.0), (20_000, EFFECT, COMPRESSION, 0.0), (33_333, EFFECT, COMPRESSION, 0.1),
     ]  # fmt: skip
-    wanted, plain = played(SLAP, events), played(SLAP, [(7007, PARAMETER, GAIN_DB, -7.0)])
+    wanted, plain = play(SLAP, events), play(SLAP, [(7007, PARAMETER, GAIN_DB, -7.0)])
     assert np.array_equal(wanted[:3001], plain[:3001]) and not np.array_equal(wanted[3001:3100], plain[3001:3100])
     assert np.array_equal(wanted[29_000:33_333], plain[29_000:33_333]), "off again, in all bits"
     assert np.abs(plain[29_000:33_333]).max() > 1e-5
     for sizes in ((64,), (37, 700, 1, 2000)):
-        assert np.array_equal(played(SLAP, events, sizes), wanted), sizes
+        assert np.array_equal(play(SLAP, events, sizes), wanted), sizes
 
 
 def test_the_gain_comes_behind_the_effects() -> None:
-    quiet = played(behind(SLAP, drive=0.9), [(0, PARAMETER, GAIN_DB, -20.0)])
-    assert np.allclose(quiet, 0.1 * rendered(behind(SLAP, drive=0.9)), rtol=1e-5, atol=1e-9)
+    quiet = play(behind(SLAP, drive=0.9), [(0, PARAMETER, GAIN_DB, -20.0)])
+    assert np.allclose(quiet, 0.1 * render(behind(SLAP, drive=0.9)), rtol=1e-5, atol=1e-9)
 
 
 def test_a_bass_that_rings_out_keeps_its_effects_until_they_are_still() -> None:

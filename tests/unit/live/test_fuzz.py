@@ -40,8 +40,8 @@ def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
     kinds = rng.choice([0x80, 0x90, 0x90, 0x90, 0xA0, 0xB0, 0xB0, 0xC0, 0xD0, 0xE0, 0xF0, 0x00], count)
     numbers = rng.choice([0, 6, 7, 11, 16, 32, 38, 64, 98, 100, 101, 120, 121, 123, 127], count)
     messages = np.stack([kinds | rng.integers(16, size=count), *rng.integers(-300, 300, (2, count))], axis=1)
-    usual = (kinds == 0xB0) & (rng.random(count) < 0.7)
-    messages[usual, 1] = numbers[usual]
+    default = (kinds == 0xB0) & (rng.random(count) < 0.7)
+    messages[default, 1] = numbers[default]
     return messages.tolist()
 
 

@@ -14,7 +14,7 @@ from support.quiet import without_noise
 from livebass.live.fake import FakeDevice
 from livebass.live.settings import Settings
 from livebass.live.synth import LiveBass, Synth
-from livebass.live.thread.records import MOST_HELPERS
+from livebass.live.thread.records import MAX_HELPERS
 from livebass.rows.arrays import Floats
 
 BLOCKS = (64, 16, 256, 1000, 64, 64)  # frames
@@ -24,8 +24,8 @@ def helping() -> int:
     return sum(thread.name == "livebass helper" for thread in threading.enumerate())
 
 
-def played(preset: str, count: int, how: str, least: int) -> Floats:
-    """Wild playing on all strings with `count` helpers, which have played at least `least` strings."""
+def play(preset: str, count: int, how: str, minimum: int) -> Floats:
+    """Wild playing on all strings with `count` helpers, which have played at least `minimum` strings."""
     synth, device = synth_and_device(preset, QUICK, adaptive=False)
     run_ahead(synth, how)
     synth.start_helpers(count)
@@ -41,9 +41,9 @@ def played(preset: str, count: int, how: str, least: int) -> Floats:
                 synth.switch_to(LiveBass(without_noise("five-string"), QUICK, RATE))  # the old bass rings out
             sounds.append(device.block(BLOCKS[k % len(BLOCKS)]))
         end = time.monotonic() + PATIENCE
-        while synth.helped < least and time.monotonic() < end:
+        while synth.helped < minimum and time.monotonic() < end:
             more(synth, device)
-        assert synth.helped >= least
+        assert synth.helped >= minimum
         assert synth.meters().faults == 0
     finally:
         synth.stop_helpers()
@@ -59,16 +59,16 @@ def more(synth: Synth, device: FakeDevice) -> None:
 
 @pytest.mark.parametrize(("preset", "how"), [("slap", "far"), ("slap", "never"), ("fretless", "as time allows")])
 def test_strings_sound_the_same_whoever_plays_them(preset: str, how: str) -> None:
-    alone = played(preset, 0, how, 0)
+    alone = play(preset, 0, how, 0)
     assert np.abs(alone).max() > 0.05
     for count in (1, 3) if how == "never" else (3,):
-        assert np.array_equal(played(preset, count, how, 50), alone), count
+        assert np.array_equal(play(preset, count, how, 50), alone), count
 
 
 def test_helpers_come_and_go() -> None:
     synth, device = synth_and_device("slap", QUICK)
     synth.start_helpers(100)
-    assert helping() == MOST_HELPERS
+    assert helping() == MAX_HELPERS
     synth.stop_helpers()
     synth.stop_helpers()
     assert helping() == 0

@@ -27,7 +27,7 @@ from support.live import (
     offline,
     played_ahead,
     run_ahead,
-    stopped,
+    stopped_clock,
     synth_and_device,
 )
 from support.places import TESTS
@@ -41,7 +41,7 @@ from livebass.kernels.player.performer import FADE
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block
-from livebass.live.thread.load import FORGOTTEN, MOST_SHARE
+from livebass.live.thread.load import FORGOTTEN, MAX_SHARE
 from livebass.model.quality import quality_with
 
 
@@ -190,7 +190,7 @@ def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str
 
 def test_overload_ends_the_bass_that_rings_out() -> None:
     synth, device = synth_and_device("jazz-finger")
-    synth.record["clock"] = address_of(stopped)  # no overload yet, whatever the machine's other work
+    synth.record["clock"] = address_of(stopped_clock)  # no overload yet, whatever the machine's other work
     now = [0]
 
     def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
@@ -317,7 +317,7 @@ def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
     """On a fake clock each block takes `load` of its time. A long block without contacts was held up by the system."""
     synth, device = synth_and_device("slap", adaptive=False)
     record, now = synth.bass.record, 1_000_000  # type: ignore[union-attr]
-    least, load = float(record["share"][0]), 0.0
+    minimum, load = float(record["share"][0]), 0.0
 
     def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
         nonlocal now
@@ -329,7 +329,7 @@ def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
     synth.record["clock"] = address_of(keep)
     load = 0.5
     device.block(64)
-    assert record["share_now"][0] == least, "nothing sounds"
+    assert record["share_now"][0] == minimum, "nothing sounds"
     synth.send(0x90, 28, 127)
     load = 0.0
     device.block(4800)
@@ -337,19 +337,19 @@ def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
     for wheel in (66, 64):
         synth.send(0xE0, 0, wheel)
         device.block(64)
-    assert record["share_now"][0] == least, "no string can do the work of events ahead"
+    assert record["share_now"][0] == minimum, "no string can do the work of events ahead"
     shares = []
     for took in (0.01, 0.4, 0.3, 0.35, 5.0, 5.0, 0.01):
         load = took
         device.block(64)
         shares.append(float(record["share_now"][0]))
     forgotten = FORGOTTEN * 64 / RATE
-    wanted = [least, least, 0.3, 0.35, 0.4, MOST_SHARE, MOST_SHARE]  # set by two blocks, not by one
+    wanted = [minimum, minimum, 0.3, 0.35, 0.4, MAX_SHARE, MAX_SHARE]  # set by two blocks, not by one
     assert shares == pytest.approx(wanted, abs=4 * forgotten) and shares[-1] < shares[-2]
     load = 0.0
-    for _ in range(round(1.01 * (MOST_SHARE - least) / FORGOTTEN)):
+    for _ in range(round(1.01 * (MAX_SHARE - minimum) / FORGOTTEN)):
         device.block(RATE)
-    assert record["share_now"][0] == least
+    assert record["share_now"][0] == minimum
     record["share"], load = 0.0, 0.5  # they do not run ahead
     record["share_now"] = 0.0
     device.block(64)
@@ -606,7 +606,7 @@ def test_a_full_ring_refuses() -> None:
 def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
     """Their machine code refers neither to Python, numba's reference counts, nor the C library's allocator."""
     library()
-    code = store.whole(store.built()) or store.whole(store.kept())
+    code = store.whole(store.built_library()) or store.whole(store.kept_library())
     assert code is not None
     for name in (b"lb_process", b"lb_play_string", b"lb_over_frets", b"lb_over_board", b"lb_portaudio", b"lb_jack"):
         assert name in code

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 from support.fakejack import RATE, Server, fake_jack
-from support.live import OFF, ON, arrived
+from support.live import OFF, ON, waiting_messages
 
 from livebass.live import systemmidi
 from livebass.live.desk import Desk
+from livebass.live.device_errors import MidiLost, NoMidi
 from livebass.live.jackmidi import JackMidi
-from livebass.live.lost import MidiLost, NoMidi
 from livebass.live.midi import THROUGH, MidiPort, bare, find_port, port_names
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import SystemMidi, alsa_connections, alsa_sources, is_message
@@ -161,7 +161,7 @@ def test_a_port_of_the_system_that_goes_and_comes(system: System) -> None:
     opened.report("warning", "MidiInAlsa::alsaMidiHandler: MIDI input buffer overrun, messages were lost!", None)
     opened.heard([0xF8], 0.0, None)
     opened.heard([0xC0, 3], 0.0, None)
-    assert arrived(synth) == [ON, [0xC0, 3, 0]]
+    assert waiting_messages(synth) == [ON, [0xC0, 3, 0]]
     system.ports[1:2] = []
     assert port.look() == "MIDI: Keystation:MIDI 1 24:0 is gone, waiting for it" and not system.opened
     assert port.look() is None
@@ -169,7 +169,7 @@ def test_a_port_of_the_system_that_goes_and_comes(system: System) -> None:
     assert port.look() == "MIDI: Keystation:MIDI 1 32:0 is back"
     port.synth = other = Synth(RATE)
     system.opened["Keystation:MIDI 1 32:0"].heard(OFF, 0.0, None)
-    assert arrived(other) == [OFF]
+    assert waiting_messages(other) == [OFF]
     port.close()
     port.close()
     assert not system.opened
@@ -215,7 +215,7 @@ def test_a_system_without_ports_has_a_virtual_one(system: System) -> None:
     port = MidiPort(synth, None, 64)
     assert port.name == "virtual port livebass"
     system.opened["livebass"].heard(ON, 0.0, None)
-    assert arrived(synth) == [ON]
+    assert waiting_messages(synth) == [ON]
     systemmidi.ALSA_CLIENTS.write_text(ALSA)
     system.ports = ["Keystation:MIDI 1 24:0"]
     assert port.look() is None, "connected by hand"

@@ -48,7 +48,9 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
     for frame in np.sort(rng.integers(0, frames, count)).tolist():
         key, x = int(rng.integers(28, 60)), float(rng.uniform(-1, 1))
         parameter = int(rng.integers(0, techniques.PARAMETERS))
-        value = techniques.LEAST[parameter] + 0.5 * (x + 1) * (techniques.MOST[parameter] - techniques.LEAST[parameter])
+        value = techniques.MINIMUM[parameter] + 0.5 * (x + 1) * (
+            techniques.MAXIMUM[parameter] - techniques.MINIMUM[parameter]
+        )
         events += [
             [midi(frame, 0x90, key, int(rng.integers(60, 128))), midi(frame + 2000, 0x80, key)],
             [midi(frame, 0xE0, 0, int(rng.integers(0, 128)))],
@@ -65,7 +67,7 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
     return sorted(events, key=lambda event: event[0])
 
 
-def played(
+def play(
     events: list[Event], frames: int, sizes: list[int], how: str = "never", preset: str | Instrument = "slap"
 ) -> Floats:
     """The sound of `frames` frames in blocks of `sizes`, in turn."""
@@ -87,12 +89,12 @@ def played(
 def test_blocks_and_running_ahead_change_nothing(seed: int) -> None:
     """Tests two laws with events of every kind at any frame."""
     events = random_events(seed, RATE, 150)
-    wanted = played(events, RATE, [512])
+    wanted = play(events, RATE, [512])
     assert np.abs(wanted).max() > 0.05
     for sizes in ([64], [37, 700, 1, 2000]):
-        assert np.array_equal(played(events, RATE, sizes), wanted), sizes
+        assert np.array_equal(play(events, RATE, sizes), wanted), sizes
     for sizes in ([64], [333]):
-        assert np.array_equal(played(events, RATE, sizes, "far"), wanted), sizes
+        assert np.array_equal(play(events, RATE, sizes, "far"), wanted), sizes
 
 
 def test_usual_values_change_nothing() -> None:
@@ -104,7 +106,7 @@ def test_usual_values_change_nothing() -> None:
         events.append((frame, STRING_BEND, frame % 4, 0.0))
         events.append((frame, AMOUNT, techniques.CC_PALM if frame % 2 else techniques.CC_VIBRATO, 0.0))
     wanted = offline("slap", notes, RATE, LIGHT)
-    assert np.array_equal(played(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
+    assert np.array_equal(play(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
 
 
 def loudness(sound: Floats) -> float:
@@ -121,41 +123,41 @@ def one_note(
 ) -> Floats:
     """A note from 4800 to 24000, after an event."""
     events = [(100, kind, number, value), midi(4800, 0x90, 33, velocity), midi(24000, 0x80, 33)]
-    return played(events, 36000, [512], preset=preset)
+    return play(events, 36000, [512], preset=preset)
 
 
 def test_every_parameter_does_what_it_says() -> None:
-    usual = one_note(techniques.GAIN_DB, 0.0)
+    default = one_note(techniques.GAIN_DB, 0.0)
     assert np.allclose(
-        one_note(techniques.GAIN_DB, -6.0)[12000:], usual[12000:] * 10 ** (-6 / 20), rtol=1e-4, atol=1e-9
+        one_note(techniques.GAIN_DB, -6.0)[12000:], default[12000:] * 10 ** (-6 / 20), rtol=1e-4, atol=1e-9
     )
     assert np.abs(one_note(techniques.GAIN_DB, -60.0)[12000:]).max() < 1e-18
     tones = [brightness(one_note(techniques.TONE_POT, x, velocity=120)) for x in (-1.0, -0.5, 0.0, 1.0)]
     assert tones == sorted(tones) and tones[0] < 0.6 * tones[-1]
     forces = [loudness(one_note(techniques.DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
     assert forces == sorted(forces) and forces[0] < 0.6 * forces[1]
-    assert not np.array_equal(one_note(techniques.TECHNIQUE, techniques.THUMB_ON_ALL), usual)
-    assert np.array_equal(one_note(techniques.TECHNIQUE, techniques.PLUCKED), usual)
+    assert not np.array_equal(one_note(techniques.TECHNIQUE, techniques.THUMB_ON_ALL), default)
+    assert np.array_equal(one_note(techniques.TECHNIQUE, techniques.PLUCKED), default)
     tails = [loudness(one_note(techniques.HAND_DAMPING, x)[30000:]) for x in (1.0, 0.0, -1.0)]
     assert max(tails[:2]) < 0.05 * tails[2], "of either hand only what is faint is left"
     assert not np.array_equal(one_note(techniques.UNEVENNESS, 1.0), one_note(techniques.UNEVENNESS, -1.0))
-    assert np.array_equal(one_note(NOTE_PLACE, 0.0), usual)
+    assert np.array_equal(one_note(NOTE_PLACE, 0.0), default)
     assert np.array_equal(one_note(33, 1.0, kind=NOTE_PLACE), one_note(techniques.PLUCK_POSITION, 1.0))
-    bent = played(
+    bent = play(
         [(0, PARAMETER, techniques.BEND_RANGE, 12.0), midi(1, 0xE0, 127, 127), midi(99, 0x90, 33, 90)], RATE, [512]
     )
-    assert np.array_equal(bent, played([(0, STRING_BEND, 1, 12.0), midi(99, 0x90, 33, 90)], RATE, [512]))
+    assert np.array_equal(bent, play([(0, STRING_BEND, 1, 12.0), midi(99, 0x90, 33, 90)], RATE, [512]))
 
 
 @pytest.mark.parametrize(("function", "controller"), [(techniques.CC_PALM, 9), (techniques.CC_VIBRATO, 1)])
 def test_an_amount_is_what_its_controller_does(function: int, controller: int) -> None:
     note, ends = midi(100, 0x90, 40, 100), (24000, 36000)
-    moved = played([note, *(midi(at, 0xB0, controller, v) for at, v in zip(ends, (127, 0), strict=True))], RATE, [512])
-    for most in (1.0, 7.0):
-        set_ = [note, *((at, AMOUNT, function, x) for at, x in zip(ends, (most, 0.0), strict=True))]
+    moved = play([note, *(midi(at, 0xB0, controller, v) for at, v in zip(ends, (127, 0), strict=True))], RATE, [512])
+    for maximum in (1.0, 7.0):
+        set_ = [note, *((at, AMOUNT, function, x) for at, x in zip(ends, (maximum, 0.0), strict=True))]
         for how, sizes in (("never", [512]), ("far", [64])):
-            assert np.array_equal(played(set_, RATE, sizes, how), moved), (how, sizes)
-    assert not np.array_equal(moved, played([note], RATE, [512]))
+            assert np.array_equal(play(set_, RATE, sizes, how), moved), (how, sizes)
+    assert not np.array_equal(moved, play([note], RATE, [512]))
 
 
 def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it() -> None:
@@ -171,10 +173,10 @@ def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it
 
 def test_a_note_place_is_for_one_note() -> None:
     notes = [midi(4800, 0x90, 33, 100), midi(24000, 0x90, 33, 100)]
-    placed = played([(0, NOTE_PLACE, 33, 1.0), *notes], RATE, [512], preset="jazz-finger")
-    usual = played(notes, RATE, [512], preset="jazz-finger")
-    always = played([(0, PARAMETER, techniques.PLUCK_POSITION, 1.0), *notes], RATE, [512], preset="jazz-finger")
-    assert np.array_equal(placed[:24000], always[:24000]) and not np.array_equal(placed[:24000], usual[:24000])
+    placed = play([(0, NOTE_PLACE, 33, 1.0), *notes], RATE, [512], preset="jazz-finger")
+    default = play(notes, RATE, [512], preset="jazz-finger")
+    always = play([(0, PARAMETER, techniques.PLUCK_POSITION, 1.0), *notes], RATE, [512], preset="jazz-finger")
+    assert np.array_equal(placed[:24000], always[:24000]) and not np.array_equal(placed[:24000], default[:24000])
     assert not np.array_equal(placed[24000:], always[24000:])
 
 
@@ -197,15 +199,15 @@ def test_the_bend_of_a_note_ends_with_it() -> None:
 def test_a_note_is_played_on_the_string_that_it_names_where_that_has_it() -> None:
     """A2 is on every string of four; a missing string leaves the choice unchanged."""
     notes = [midi(100, 0x90, 45, 100)]
-    usual = played(notes, 4800, [512])
-    sounds = [played([(100, NOTE_STRING, 45, float(i)), *notes], 4800, [512]) for i in range(4)]
-    assert [np.array_equal(sound, usual) for sound in sounds] == [False, False, False, True]
+    default = play(notes, 4800, [512])
+    sounds = [play([(100, NOTE_STRING, 45, float(i)), *notes], 4800, [512]) for i in range(4)]
+    assert [np.array_equal(sound, default) for sound in sounds] == [False, False, False, True]
     assert len({sound.tobytes() for sound in sounds}) == 4
     for i in (-1.0, 9.0, np.nan):
-        assert np.array_equal(played([(100, NOTE_STRING, 45, i), *notes], 4800, [512]), usual)
+        assert np.array_equal(play([(100, NOTE_STRING, 45, i), *notes], 4800, [512]), default)
     low = [(100, NOTE_STRING, 30, 3.0), midi(100, 0x90, 30, 100)]  # not on the G string
-    assert np.array_equal(played(low, 4800, [512]), played(low[1:], 4800, [512]))
-    again = played([(100, NOTE_STRING, 45, 0.0), *notes, midi(2400, 0x90, 45, 100)], 4800, [512])
+    assert np.array_equal(play(low, 4800, [512]), play(low[1:], 4800, [512]))
+    again = play([(100, NOTE_STRING, 45, 0.0), *notes, midi(2400, 0x90, 45, 100)], 4800, [512])
     assert np.array_equal(again[:2400], sounds[0][:2400]) and not np.array_equal(again[2400:], sounds[0][2400:])
 
 
@@ -220,7 +222,7 @@ def test_no_value_does_harm() -> None:
         number = number if rng.random() < 0.2 else int(rng.integers(0, techniques.PARAMETERS))
         events.append((frame, kind, number, float(rng.choice(values))))
         events.append(midi(frame, 0x90, 28 + frame // 300 % 30, 110))
-    sound = played(events, RATE, [512])
+    sound = play(events, RATE, [512])
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
     notes = [midi(100, 0x90, 33, 100)]
     strange = [(0, PARAMETER, k, np.nan) for k in range(techniques.PARAMETERS)] + [
@@ -228,7 +230,7 @@ def test_no_value_does_harm() -> None:
         (0, 77, 1, 1.0),
     ]
     strange += [(0, AMOUNT, techniques.CC_PALM, np.nan), (0, AMOUNT, techniques.CC_VIBRATO, -3.0), (0, AMOUNT, 99, 1.0)]
-    assert np.array_equal(played([*strange, *notes], 4800, [512]), played(notes, 4800, [512]))
+    assert np.array_equal(play([*strange, *notes], 4800, [512]), play(notes, 4800, [512]))
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "flatwound"])
@@ -259,11 +261,11 @@ def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None
 def test_the_tone_moves_without_a_click() -> None:
     """Turning the pot under a ringing note adds no jump beyond the note's own."""
     note = midi(0, 0x90, 28, 120)
-    usual = played([note], RATE, [512], preset="jazz-finger")
+    default = play([note], RATE, [512], preset="jazz-finger")
     turns = [(24000, PARAMETER, techniques.TONE_POT, -1.0), (36000, PARAMETER, techniques.TONE_POT, 1.0)]
-    turned = played([note, *turns], RATE, [512], preset="jazz-finger")
-    assert np.array_equal(turned[:24000], usual[:24000])
-    steps, limit = np.abs(np.diff(turned[20000:])), np.abs(np.diff(usual[20000:])).max()
+    turned = play([note, *turns], RATE, [512], preset="jazz-finger")
+    assert np.array_equal(turned[:24000], default[:24000])
+    steps, limit = np.abs(np.diff(turned[20000:])), np.abs(np.diff(default[20000:])).max()
     assert steps.max() < 1.2 * limit
 
 
@@ -275,7 +277,7 @@ def test_strings_that_are_still_play_on_as_if_they_had_been_computed(preset: str
     events = [midi(0, 0x90, low, 100), midi(4000, 0xB0, 120), (30000, PARAMETER, techniques.TONE_POT, -0.5),
               midi(31000, 0xE0, 0, 100), midi(70077, 0x90, low, 120), midi(70900, 0x90, low + 5, 120)]  # fmt: skip
     often = [midi(frame, 0xB0, 7, 127) for frame in range(0, 2 * RATE, 40)]
-    wanted = played(sorted(events + often, key=lambda e: e[0]), 2 * RATE, [512], preset=bass)
+    wanted = play(sorted(events + often, key=lambda e: e[0]), 2 * RATE, [512], preset=bass)
     for how, sizes in (("never", [512]), ("never", [100, 7]), ("far", [64])):
-        assert np.array_equal(played(events, 2 * RATE, sizes, how, bass), wanted), (how, sizes)
+        assert np.array_equal(play(events, 2 * RATE, sizes, how, bass), wanted), (how, sizes)
     assert not wanted[56000:70000].any() and wanted[70077:].any()

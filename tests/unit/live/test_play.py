@@ -29,7 +29,7 @@ from support.live import QUICK, RATE, jack_session, offline, played_on, session_
 from support.places import TESTS
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
-from livebass.cli.console import Console, LogFile, logged
+from livebass.cli.console import Console, LogFile, log_to
 from livebass.cli.help import page_text
 from livebass.engine.image import image
 from livebass.files.whole import OutputError
@@ -51,7 +51,7 @@ from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
 from livebass.rows.techniques import PARAMETER
 from livebass.score.phrases import demo_score
-from livebass.score.score import LEAST_RATE, Score, score_of
+from livebass.score.score import MIN_RATE, Score, score_of
 from livebass.system.extras import install
 
 # ---- switching presets during play
@@ -60,7 +60,7 @@ from livebass.system.extras import install
 FINGER, PICK, SLAP = 33, 34, 36  # General MIDI programs as sent, from 0
 
 
-def changed(changes: PresetSwitch, device: FakeDevice) -> str:
+def change(changes: PresetSwitch, device: FakeDevice) -> str:
     """Plays until `changes` has a line to show, and returns it."""
     said: list[str] = []
 
@@ -82,7 +82,7 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     synth.send(0xC0, SLAP)
     device.block(64)
     old = synth.bass
-    assert changed(changes, device) == "preset slap, quality live"
+    assert change(changes, device) == "preset slap, quality live"
     new = synth.bass
     assert old is not None and new is not None and new is not old
     device.block(64)
@@ -121,7 +121,7 @@ def test_the_last_wish_counts() -> None:
         changes.next_preset()
         changes.turn()
     changes.next_quality()
-    assert changed(changes, device).endswith("quality studio")
+    assert change(changes, device).endswith("quality studio")
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
@@ -137,9 +137,9 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
             parts = (self, self.engine, *self.engine.pools, self.engine.voices[0], self.memory)
             made.extend(weakref.ref(part) for part in parts)
 
-    monkeypatch.setattr("livebass.live.carried.LiveBass", Watched)
+    monkeypatch.setattr("livebass.live.best_quality.LiveBass", Watched)
     monkeypatch.setattr("livebass.engine.engine.image", image)  # tests keep the operators of some basses
-    rate = LEAST_RATE
+    rate = MIN_RATE
     synth = Synth(rate)
     synth.switch_to(LiveBass(load_preset("slap"), QUICK, rate))
     device = FakeDevice(synth)
@@ -156,7 +156,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
             if k % 2:
                 changes.next_quality()
             synth.send(0x90, 40, 90)
-            changed(changes, device)
+            change(changes, device)
             synth.panic()
 
             def rung_out() -> bool:
@@ -201,10 +201,10 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     changes = PresetSwitch(synth, str(file), QUALITIES["live"])
     changes.next_quality()
-    assert "no such file" in changed(changes, device)
+    assert "no such file" in change(changes, device)
     assert changes.turn() is None and changes.wanted == changes.playing == (str(file), "live")
     changes.next_preset()
-    assert changed(changes, device) == f"preset {preset_names()[0]}, quality live"
+    assert change(changes, device) == f"preset {preset_names()[0]}, quality live"
     changes.close()
 
 
@@ -213,13 +213,13 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
     drop_d = partial(load_preset, tuning="drop-d", capo=1, a4=432)
     changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"], drop_d)
     changes.choose("slap")
-    assert changed(changes, device) == "preset slap, quality live"
+    assert change(changes, device) == "preset slap, quality live"
     assert synth.bass is not None
     bass = synth.bass.engine.instrument
     assert bass == load_preset("slap", tuning="drop-d", capo=1, a4=432) and bass.a4 == 432
     changes.load = partial(load_preset, tuning="E1 A1 D2 G2")
     changes.choose("five-string")
-    assert "4 notes for 5 strings" in changed(changes, device)
+    assert "4 notes for 5 strings" in change(changes, device)
     changes.close()
 
 
@@ -447,7 +447,7 @@ def test_a_session_can_be_listened_to(caplog: pytest.LogCaptureFixture) -> None:
     """The lines of `livebass play` are records of the logger "livebass"."""
     caplog.set_level(logging.INFO, "livebass")
     console = Console(quiet=True)
-    with logged(console, None):
+    with log_to(console, None):
         logging.getLogger("livebass.live.session").info("playing")
     assert caplog.messages == ["playing"] and console not in logging.getLogger("livebass").handlers
 
@@ -678,7 +678,7 @@ def test_keys_are_notes_and_more() -> None:
     assert [m[1] - 52 for m in sent[1::2]] == [0, 1, 2, 5, 6, 16]
 
 
-def typed(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
+def typed_messages(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
     """The messages from a terminal for `texts`, `seconds` apart by the test's own clock."""
     sent: list[tuple[int, ...]] = []
     keys = TerminalKeys(lambda *m: sent.append(m), lambda: None)
@@ -693,26 +693,26 @@ ON, OFF = (0x90, 28, 100), (0x80, 28, 0)
 
 
 def test_a_key_that_the_terminal_repeats_is_one_note() -> None:
-    assert typed(*"zzzz") == [ON]
-    assert typed(*"zxz") == [ON, OFF, (0x90, 30, 100), (0x80, 30, 0), ON], "another key was between"
-    assert typed(*"zz", seconds=0.12) == [ON, OFF, ON], "struck twice"
-    assert typed("==z") == [(0x90, 28, 120)], "a held key that changes the velocity"
+    assert typed_messages(*"zzzz") == [ON]
+    assert typed_messages(*"zxz") == [ON, OFF, (0x90, 30, 100), (0x80, 30, 0), ON], "another key was between"
+    assert typed_messages(*"zz", seconds=0.12) == [ON, OFF, ON], "struck twice"
+    assert typed_messages("==z") == [(0x90, 28, 120)], "a held key that changes the velocity"
 
 
 def test_a_terminal_that_reports_releases_ends_notes_by_them() -> None:
     """The kitty keyboard protocol: two keys held together, repeats, capitals, function keys and split sequences."""
     here = "\x1b[?0u"
-    assert typed("z", "\x1b[122;1:3u") == [ON], "not asked for yet"
-    assert typed(here, "\x1b[122u", "\x1b[122;1:2u", "\x1b[120;1:1u", "\x1b[122;1:3u", "\x1b[120;1:3u") == [
+    assert typed_messages("z", "\x1b[122;1:3u") == [ON], "not asked for yet"
+    assert typed_messages(here, "\x1b[122u", "\x1b[122;1:2u", "\x1b[120;1:1u", "\x1b[122;1:3u", "\x1b[120;1:3u") == [
         ON, (0x90, 30, 100), OFF, (0x80, 30, 0),
     ]  # fmt: skip
-    assert typed(here, "\x1b[122:90;2:1u", "\x1b[122;1:3u", "\x1b[1;1:3A", "\x1b[57441;2u") == [ON, OFF]
-    assert typed(here + "\x1b[12", "2;", "1u\x1b[122;1:3u") == [ON, OFF]
-    assert typed(here, "\x1b[122;3u", "\x1b[122;5u"[:0], "\x1b[99999999u") == [], "with Alt, and no character"
+    assert typed_messages(here, "\x1b[122:90;2:1u", "\x1b[122;1:3u", "\x1b[1;1:3A", "\x1b[57441;2u") == [ON, OFF]
+    assert typed_messages(here + "\x1b[12", "2;", "1u\x1b[122;1:3u") == [ON, OFF]
+    assert typed_messages(here, "\x1b[122;3u", "\x1b[122;5u"[:0], "\x1b[99999999u") == [], "with Alt, and no character"
     interrupted: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, frame: interrupted.append(number))
     try:
-        typed(here, "\x1b[99;5u", "\x1b[99;5:3u")
+        typed_messages(here, "\x1b[99;5u", "\x1b[99;5:3u")
     finally:
         signal.signal(signal.SIGINT, before)
     assert interrupted == [signal.SIGINT], "Ctrl-C is a key there"
@@ -730,7 +730,7 @@ def test_number_keys_are_the_techniques_of_the_handbook() -> None:
 def test_what_belongs_to_channels_is_switched_on_every_one() -> None:
     """Keyboard notes on any channel vibrate and ring on; a keyboard that disappears releases them all."""
     for key, controller in (("9", 1), ("0", 64)):
-        sent = typed(key, key, seconds=1.0)
+        sent = typed_messages(key, key, seconds=1.0)
         assert sent == [(0xB0 | channel, controller, value) for value in (127, 0) for channel in range(16)]
     synth, device = synth_and_device("jazz-finger")
     for channel in (2, 9):
@@ -759,16 +759,16 @@ def test_panic_ends_notes_of_every_channel_and_their_controllers() -> None:
     assert synth.bass is not None
     p = synth.bass.engine.performer[0]
     assert not p["hands"]["state"].any()
-    for name, usual in (("pedal", 0), ("expression", 1.0), ("wheel", 0.0)):
-        assert (p["controls"]["channel"][name] == usual).all(), name
+    for name, default in (("pedal", 0), ("expression", 1.0), ("wheel", 0.0)):
+        assert (p["controls"]["channel"][name] == default).all(), name
 
 
 def test_a_technique_is_latched_by_its_number_and_lasts_while_held_where_releases_are_told() -> None:
     on, off = (0xB0, 65, 127), (0xB0, 65, 0)
-    assert typed(*"8z8", seconds=1.0) == [on, ON, off]
-    assert typed(*"2z", seconds=1.0) == [(0x90, 15, 64), (0x80, 15, 0), ON]
-    assert typed(*"56!", seconds=1.0) == [(0x90, 10, 64), (0x90, 17, 64), (0x80, 10, 0), (0x80, 17, 0)]
-    assert typed("\x1b[?0u", "\x1b[56u", "\x1b[122u", "\x1b[56;1:3u", "\x1b[122;1:3u") == [on, ON, off, OFF]
+    assert typed_messages(*"8z8", seconds=1.0) == [on, ON, off]
+    assert typed_messages(*"2z", seconds=1.0) == [(0x90, 15, 64), (0x80, 15, 0), ON]
+    assert typed_messages(*"56!", seconds=1.0) == [(0x90, 10, 64), (0x90, 17, 64), (0x80, 10, 0), (0x80, 17, 0)]
+    assert typed_messages("\x1b[?0u", "\x1b[56u", "\x1b[122u", "\x1b[56;1:3u", "\x1b[122;1:3u") == [on, ON, off, OFF]
     keys = TerminalKeys(lambda *m: None, lambda: None)
     for key in "947":
         keys.press(key)

@@ -23,7 +23,7 @@ def refuse(*_: object) -> None:
 def rtkit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A busctl that logs its calls and answers as the file `answer` says; the scheduler refuses."""
     script = tmp_path / "busctl"
-    script.write_text(f'#!/bin/sh\necho "$@" >{tmp_path}/asked\n. {tmp_path}/answer\n')
+    script.write_text(f'#!/bin/sh\necho "$@" >{tmp_path}/requested\n. {tmp_path}/answer\n')
     script.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
@@ -34,8 +34,14 @@ def rtkit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_rtkit_is_asked_for_the_thread(rtkit: Path) -> None:
     (rtkit / "answer").write_text("exit 0\n")
     assert make_realtime(threading.get_native_id()) is None
-    asked = (rtkit / "asked").read_text().split()
-    assert asked[-5:] == ["MakeThreadRealtimeWithPID", "ttu", str(os.getpid()), str(threading.get_native_id()), "20"]
+    requested = (rtkit / "requested").read_text().split()
+    assert requested[-5:] == [
+        "MakeThreadRealtimeWithPID",
+        "ttu",
+        str(os.getpid()),
+        str(threading.get_native_id()),
+        "20",
+    ]
 
 
 def test_a_refusal_says_why(rtkit: Path, monkeypatch: pytest.MonkeyPatch) -> None:

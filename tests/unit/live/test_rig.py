@@ -181,7 +181,7 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
 
     try:
         for p in (p for p in PARAMETERS if event(p)):
-            for value in (p.most, p.least, p.usual):
+            for value in (p.maximum, p.minimum, p.default):
                 remote.send(p.symbol, value)
                 settles(p.symbol, value)
         remote.send("technique", "plucked")

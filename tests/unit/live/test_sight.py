@@ -27,7 +27,7 @@ from livebass.rows.arrays import Floats
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
 
 
-def seen(bass: int, strings: int) -> NDArray[np.void]:
+def view_of(bass: int, strings: int) -> NDArray[np.void]:
     """The view of the bass at an address, (strings,) SIGHT."""
     sights = np.zeros(strings, SIGHT)
     see_bass(bass, sights.ctypes.data)
@@ -60,7 +60,7 @@ def test_case_b_is_drawn_as_it_is_simulated(quality: str) -> None:
         events["width"] = trial.pluck.rounding
         play_frames(voice, ops, events, np.zeros(at - played))
         played = at
-        (sight,) = seen(engine.bass.address, 1)
+        (sight,) = view_of(engine.bass.address, 1)
         assert sight["frame"] == at and sight["logged"] == voice.record["logged"][0]
         slot = sight["slot"][voice.record["slot"][0]]
         q = wanted[k, 0, 0]
@@ -84,7 +84,7 @@ def test_a_finger_that_pulls_is_seen() -> None:
     pull, apexes = int(voice.record["pull"][0]), []
     for k in range(pull + 1):
         play_frames(voice, ops, events[:1] if k == 0 else events[:0], np.zeros(1))
-        (sight,) = seen(engine.bass.address, 4)[:1]
+        (sight,) = view_of(engine.bass.address, 4)[:1]
         slot = sight["slot"][voice.record["slot"][0]]
         apexes.append([shape(slot, np.array([0.6]), name)[0] for name in "uv"])
     up, across = np.array(apexes).T
@@ -142,7 +142,7 @@ class Watched(LiveBass):
         self.record["frame"] = -1
 
 
-def drawn(bass: Bass, i: int, frame: int, taken: int) -> list[tuple[int, ...]]:
+def draw(bass: Bass, i: int, frame: int, taken: int) -> list[tuple[int, ...]]:
     """The contacts of string `i` read when `frame` of the bass is heard, by a reader that has taken `taken`."""
     voice = bass.voices[i]
     v, log = voice.record[0], voice.log
@@ -172,7 +172,7 @@ def test_flashes_are_the_contacts(how: str) -> None:
         device.block(64)
         for i in range(4):
             ahead = max(ahead, int(live.engine.voices[i].record["frame"][0]) - 64 * (k + 1))
-            flashes[i] += drawn(live.engine.bass, i, 64 * (k + 1), len(flashes[i]))
+            flashes[i] += draw(live.engine.bass, i, 64 * (k + 1), len(flashes[i]))
     assert (ahead > 0) == (how == "far")
     engine = Engine(bass, quality, RATE)
     engine.bass = engine.image.bass(LIVE, RATE, 0, engine.pools, contacts=1 << 14)

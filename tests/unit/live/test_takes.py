@@ -19,11 +19,11 @@ from support.live import RATE, run_ahead
 from support.tabs import as_gp, hard_tab
 
 from livebass import Quality, load_preset, read_score, read_tab, render_to_array
-from livebass.cli.chosen import basses_of
 from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
-from livebass.cli.taken import with_loaded
-from livebass.engine.render import mixed, single
+from livebass.cli.score_bass import basses_of
+from livebass.cli.take_bass import load_take_basses
+from livebass.engine.render import mix_strings, single
 from livebass.kernels.player.words import STATUS, Row
 from livebass.kernels.score.memory import PROGRAM
 from livebass.live.fake import FakeDevice
@@ -32,7 +32,7 @@ from livebass.live.recording import Given, MidiRecorder
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.preset.load import kept_text
-from livebass.preset.revisions import numbered
+from livebass.preset.revisions import with_revision
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import LEARNED
 from livebass.score.reading import TAKE
@@ -82,10 +82,10 @@ def live(
 def rendered(score: Score, frames: int) -> Floats:
     """The sound of `livebass render`, cut at full scale like the synth's."""
     tail = max(frames - score.end_frame, 0) / RATE + 0.1
-    score, load = with_loaded(score, Loader(dict.fromkeys(SOUND)), "jazz-finger", render)
+    score, load = load_take_basses(score, Loader(dict.fromkeys(SOUND)), "jazz-finger", render)
     first, basses = basses_of(score, "jazz-finger", load)
     sound = render_to_array(first, score, LIGHT, tail=tail, basses=basses)
-    return np.clip(mixed(single(sound)), -1.0, 1.0)[:frames]
+    return np.clip(mix_strings(single(sound)), -1.0, 1.0)[:frames]
 
 
 def performance(rng: np.random.Generator, mode: str, frames: int, count: int) -> list[Message]:
@@ -161,11 +161,11 @@ def test_a_take_through_all_modes_sounds_as_it_was_heard(tmp_path: Path) -> None
     assert np.array_equal(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)))
 
 
-def pitch_of(sound: Floats, least: float, most: float) -> float:
-    """The loudest frequency between `least` and `most` (Hz)."""
+def pitch_of(sound: Floats, minimum: float, maximum: float) -> float:
+    """The loudest frequency between `minimum` and `maximum` (Hz)."""
     size = 1 << 19
     spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), size))
-    near = slice(round(least * size / RATE), round(most * size / RATE))
+    near = slice(round(minimum * size / RATE), round(maximum * size / RATE))
     return (near.start + int(np.argmax(spectrum[near]))) * RATE / size
 
 
@@ -295,9 +295,9 @@ def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path
     sound, synth = live(tmp_path / "take.mid", messages, 42_000, 256, [(16_000, "slap")])
     assert np.allclose(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)), rtol=0, atol=3e-7)
     assert synth.bass is not None
-    new, usual = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
+    new, default = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
     for field in ("dynamics", "hand_damping", "unevenness", "placed", "ranged", "slapped", "tone"):
-        assert new[field] != usual[field], field
+        assert new[field] != default[field], field
 
 
 OWN = """
@@ -323,17 +323,20 @@ def test_a_take_of_basses_outside_general_midi_sounds_as_it_was_heard(tmp_path: 
     mine = tmp_path / os.fsdecode(b"mine \xe9.toml")
     mine.write_text(OWN)
     first, second = (str(mine) if name == "mine" else name for name in basses)
-    given, asked = {}, dict[str, Any]()
+    given, requested = {}, dict[str, Any]()
     if second != "six-string":
         given = SET
-        asked = SET | {"velocity_curve": ((1.0, 1.0), (64.0, 90.0), (127.0, 127.0)), "capo": 2, "no_noise": True}
-    load = Loader(dict.fromkeys(SOUND) | asked)
+        requested = SET | {"velocity_curve": ((1.0, 1.0), (64.0, 90.0), (127.0, 127.0)), "capo": 2, "no_noise": True}
+    load = Loader(dict.fromkeys(SOUND) | requested)
     messages: list[Message] = [(100 + 2500 * k, 0x90, 40 + k % 9, 50 + 5 * k) for k in range(9)]
     messages += [(4000, 0xB0, 16, 20), (9000, 0xE0, 3, 100)]
     change = [(12_000, second)]
     sound, _ = live(tmp_path / "take.mid", sorted(messages), 25_000, 256, change, first, load, lambda preset: given)
     score = read_score(tmp_path / "take.mid", RATE)
-    assert [(bass.preset, bass.given) for bass in score.basses] == [(numbered(first), given), (numbered(second), given)]
+    assert [(bass.preset, bass.given) for bass in score.basses] == [
+        (with_revision(first), given),
+        (with_revision(second), given),
+    ]
     again = rendered(score, len(sound))
     assert np.abs(sound).max() > 0.05 and np.array_equal(sound[:12_000], again[:12_000])
     assert np.allclose(sound, again, rtol=0, atol=3e-7)

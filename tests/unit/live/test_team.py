@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from support.live import QUICK, synth_and_device
 
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.thread import helpers
 from livebass.live.thread.records import DONE, HELPED, HELPERS, JOB
 
@@ -208,31 +208,31 @@ def orders(follow: Callable[..., Order], strings: int, helping: int, changes: in
             enabled: list[int], running: int, prefix: list[int] = prefix, used: int = used,
             chosen: list[int] = chosen, more: list[tuple[list[int], int]] = more,
         ) -> int:  # fmt: skip
-            usual = running if running in enabled else enabled[0]
+            default = running if running in enabled else enabled[0]
             if len(chosen) < len(prefix):
-                usual = prefix[len(chosen)]
+                default = prefix[len(chosen)]
             else:
                 for other in enabled:
                     cost = used + (running in enabled)
-                    if other != usual and cost <= changes:
+                    if other != default and cost <= changes:
                         more.append(([*chosen, other], cost))
-            chosen.append(usual)
-            return usual
+            chosen.append(default)
+            return default
 
         yield follow(strings, helping, choose)
         waiting += more
 
 
-@pytest.mark.parametrize(("helping", "changes", "least"), [(1, CHANGES, 100), (2, CHANGES - 1, 100)])
+@pytest.mark.parametrize(("helping", "changes", "minimum"), [(1, CHANGES, 100), (2, CHANGES - 1, 100)])
 def test_every_order_plays_each_string_once(
-    follow: Callable[..., Order], helping: int, changes: int, least: int
+    follow: Callable[..., Order], helping: int, changes: int, minimum: int
 ) -> None:
     """CHANGES with two helpers gives thousands more orders and takes a minute; none of them has a fault either."""
     count = 0
     for order in orders(follow, 2, helping, changes):
         assert not order.faults, order.faults
         count += 1
-    assert count > least
+    assert count > minimum
 
 
 @pytest.mark.parametrize(("strings", "helping"), [(3, 2), (4, 3)])
@@ -294,5 +294,5 @@ def test_threads_side_by_side_play_each_string_once_and_none_late() -> None:
     finally:
         synth.stop_helpers()
     assert len(played) > 1000 and set(played.values()) == {1}
-    assert max(string for _, string in played) < MOST_STRINGS
+    assert max(string for _, string in played) < MAX_STRINGS
     assert synth.helped > 100 and synth.meters().faults == 0

@@ -14,7 +14,7 @@ RATES = [22050, 44100, 48000, 96000, 192000]
 COILS = [Coil(), Coil(inductance=1.8, resistance=3750, capacitance=700e-12, tone=0.8), Coil(tone=0.3)]
 
 
-def filtered(coil: Coil, rate: int, frequency: np.ndarray) -> np.ndarray:
+def band_pass(coil: Coil, rate: int, frequency: np.ndarray) -> np.ndarray:
     b, a = digital(coil, rate)
     z = np.exp(-2j * math.pi * frequency / rate)
     return np.polyval(b[::-1], z) / np.polyval(a[::-1], z)
@@ -24,7 +24,7 @@ def filtered(coil: Coil, rate: int, frequency: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("coil", COILS)
 def test_filter_follows_the_circuit(coil: Coil, rate: int) -> None:
     frequency = np.linspace(0, min(20e3, 0.42 * rate), 300)
-    error = 20 * np.log10(np.abs(filtered(coil, rate, frequency) / response(coil, frequency)))
+    error = 20 * np.log10(np.abs(band_pass(coil, rate, frequency) / response(coil, frequency)))
     assert np.max(np.abs(error)) < 0.7
     assert abs(error[0]) < 0.5
     assert np.max(np.abs(np.roots(digital(coil, rate)[1]))) < 1

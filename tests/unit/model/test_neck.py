@@ -22,7 +22,7 @@ MODES = np.arange(1, 9)
 NECK = (Resonance(150.0, 20.0, 0.9), Resonance(290.0, 30.0, 1.4), Resonance(1200.0, 15.0, 0.5))
 
 
-def coupled(resonance: Resonance, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
+def couple(resonance: Resonance, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (Hz) and dampings (1/s) of a string's first modes when it ends on a mass, a spring and a damper.
 
     Uses eigenvalues of real matrices, which need no sign convention of complex numbers. u = w (1 - x / L) + sum q_j
@@ -50,7 +50,7 @@ def coupled(resonance: Resonance, count: int = 200) -> tuple[np.ndarray, np.ndar
 def test_a_string_on_a_mass_a_spring_and_a_damper(frequency: float) -> None:
     """Between the string's resonances the neck acts as a spring above and as a mass below it: both signs of eq. 8."""
     neck = Resonance(frequency, 8.0, 3.0)
-    nu, sigma = coupled(neck)
+    nu, sigma = couple(neck)
     y = Admittance((neck,)).at(MODES * SPEED / (2 * LENGTH))
     aside = detuning(y, DENSITY * SPEED, MODES)
     found = nu / (MODES * SPEED / (2 * LENGTH)) - 1
@@ -163,16 +163,16 @@ def with_resonances(bass: Instrument, change: dict[int, Resonance], free_length:
 def test_dead_spots_follow_the_neck() -> None:
     """On the G of paper-bass notes near a resonance decay fast; they move with it, and other strings have them too."""
     bass = load_preset("paper-bass")
-    usual = decay(bass, 3)
-    dead = int(np.argmin(usual[1:])) + 1
-    assert dead in (2, 3) and usual[dead] < 5 and min(usual[5:]) > 20, usual
+    default = decay(bass, 3)
+    dead = int(np.argmin(default[1:])) + 1
+    assert dead in (2, 3) and default[dead] < 5 and min(default[5:]) > 20, default
     second = bass.necks[3].admittance.resonances[1]
     assert note_frequency(43 + dead) == pytest.approx(second.frequency, rel=0.04)
     for up in (2, 4, 6):
         moved = replace(second, frequency=note_frequency(43 + dead + up))
         assert int(np.argmin(decay(with_resonances(bass, {1: moved}), 3)[1:])) + 1 == dead + up
     on_d = decay(bass, 2)  # tuned five frets lower
-    assert int(np.argmin(on_d[1:])) + 1 in (dead + 4, dead + 5) and min(on_d) > usual[dead], on_d  # nearer the body
+    assert int(np.argmin(on_d[1:])) + 1 in (dead + 4, dead + 5) and min(on_d) > default[dead], on_d  # nearer the body
     short = decay(with_resonances(bass, {}, free_length=0.05), 3)  # fret 2 is on the body, and feels no resonance
     assert min(short[2:]) > 20, short
 

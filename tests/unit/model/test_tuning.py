@@ -12,9 +12,9 @@ from support.command import Run, assert_one_clear_line
 from support.own_basses import load_preset
 
 from livebass.model import modes
-from livebass.model.bench import changed
-from livebass.model.instrument import Instrument, note_frequency, speaking, tensioned
-from livebass.model.tuning import tuned
+from livebass.model.bench import change_bass
+from livebass.model.instrument import Instrument, note_frequency, speaking, tension_string
+from livebass.model.tuning import tune_string
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.load import preset_names, preset_tables
 from livebass.preset.tuning import TEMPERAMENTS, open_strings, temperament_of_file, tuning_of
@@ -127,15 +127,15 @@ def test_every_named_tuning_fits_some_bass() -> None:
 
 
 def test_tension_stiffness_and_pull_follow_the_pitch() -> None:
-    usual, dropped = load("jazz-finger"), load_preset("jazz-finger", tuning="drop-d")
-    before, after = usual.strings[0], dropped.strings[0]
+    default, dropped = load("jazz-finger"), load_preset("jazz-finger", tuning="drop-d")
+    before, after = default.strings[0], dropped.strings[0]
     ratio = 2 ** (-2 / 12)
     assert after.tension == pytest.approx(before.tension * ratio**2)
     assert after.inharmonicity == pytest.approx(before.inharmonicity / ratio**2)
     assert after.slack == pytest.approx(1.26, abs=0.001)  # the factor by which the same force pulls it farther
     assert after.linear_density == before.linear_density and after.length == before.length
-    assert dropped.strings[1:] == usual.strings[1:] and dropped.necks == usual.necks
-    s, t = (speaking(bass.strings[0], bass.necks[0], 7) for bass in (usual, dropped))
+    assert dropped.strings[1:] == default.strings[1:] and dropped.necks == default.necks
+    s, t = (speaking(bass.strings[0], bass.necks[0], 7) for bass in (default, dropped))
     assert t.bending == pytest.approx(s.bending)
     assert cents(modes.frequencies(t, 1)[0] / modes.frequencies(s, 1)[0]) == pytest.approx(-200, abs=0.01)
     assert load("drop-d").strings[0].tension == pytest.approx(after.tension, rel=1e-4)
@@ -143,9 +143,9 @@ def test_tension_stiffness_and_pull_follow_the_pitch() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "paper-g", "fretless"])
 def test_another_a_moves_every_note_alike(preset: str) -> None:
-    usual, lower = load(preset), load_preset(preset, a4=432)
-    assert lower.a4 == 432 and usual.a4 == 440
-    for string, other, neck in zip(usual.strings, lower.strings, usual.necks, strict=True):
+    default, lower = load(preset), load_preset(preset, a4=432)
+    assert lower.a4 == 432 and default.a4 == 440
+    for string, other, neck in zip(default.strings, lower.strings, default.necks, strict=True):
         for fret in (0, 1, 12):
             nu = [modes.frequencies(speaking(each, neck, fret), 1)[0] for each in (string, other)]
             assert cents(nu[1] / nu[0]) == pytest.approx(cents(432 / 440), abs=0.5)  # the neck moves measured modes
@@ -161,15 +161,15 @@ def test_measured_modes_follow_the_tension() -> None:
 
     f0 = string.nominal_fundamental
     string = replace(string, law_fundamental=f0, measured_frequencies=law(f0, string.inharmonicity))
-    other = tensioned(string, 0.8)
+    other = tension_string(string, 0.8)
     assert other.measured_frequencies == pytest.approx(law(0.8 * f0, other.inharmonicity), rel=1e-12)
     assert other.nominal_fundamental == pytest.approx(0.8 * f0) == pytest.approx(other.law_fundamental)
 
 
 def test_a_temperament_bends_each_pitch_class_by_its_tension() -> None:
     offsets = [3.0 * k - 20 for k in range(12)]
-    usual, other = load("jazz-finger"), load_preset("jazz-finger", temperament=offsets)
-    for string, bent, neck in zip(usual.strings, other.strings, usual.necks, strict=True):
+    default, other = load("jazz-finger"), load_preset("jazz-finger", temperament=offsets)
+    for string, bent, neck in zip(default.strings, other.strings, default.necks, strict=True):
         for fret in range(len(neck.fret_positions) + 1):
             s, t = speaking(string, neck, fret), speaking(bent, neck, fret)
             wanted = offsets[(string.open_note + fret) % 12]
@@ -348,7 +348,7 @@ def test_nobody_pulls_more_than_twice_as_far() -> None:
 
 def test_tuning_twice_is_tuning_once() -> None:
     string = load("jazz-finger").strings[0]
-    once, twice = tuned(string, 24), tuned(tuned(string, 26), 24)
+    once, twice = tune_string(string, 24), tune_string(tune_string(string, 26), 24)
     assert twice.tension == pytest.approx(once.tension) and twice.slack == pytest.approx(once.slack)
 
 
@@ -410,7 +410,7 @@ def test_a_capo_under_a_fret_that_stands_proud_is_one_clear_line() -> None:
 def test_a_tuning_on_the_bench_is_the_one_of_the_preset(preset: str, number: int) -> None:
     """Also with another A, and on strings with measured modes; a drop without its string moves the others alone."""
     bass, name = load_preset(preset), list(TUNINGS)[number]
-    made = changed(bass, {"named_tuning": number, "concert_pitch": 2.0})
+    made = change_bass(bass, {"named_tuning": number, "concert_pitch": 2.0})
     dropped = TUNINGS[name].dropped
     if dropped is not None and dropped not in [string.open_note for string in bass.strings]:
         assert [a.open_note - b.open_note for a, b in zip(made.strings, bass.strings, strict=True)] == [

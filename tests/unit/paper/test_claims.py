@@ -25,11 +25,11 @@ from livebass.lab.paper.claims.check import (
     Spread,
     all_hold,
     check,
-    chosen,
+    choose_claims,
     claims_html,
     claims_json,
     count_line,
-    needed,
+    needed_runs,
     over_plucks,
     result,
     table,
@@ -62,7 +62,7 @@ def solved() -> dict[str, Solved]:
 
 def test_the_tables() -> None:
     assert len(CLAIMS) == sum(len(section.CLAIMS) for section in TABLES) >= 25
-    assert set(needed(CLAIMS.values())) == {*runs.ENGINE, *runs.BRUTE} - BEYOND
+    assert set(needed_runs(CLAIMS.values())) == {*runs.ENGINE, *runs.BRUTE} - BEYOND
     for claim in CLAIMS.values():
         place = r"([24](\.\d){0,2}|3(\.2)?)(, (fig\. \d+[a-e]?(-[a-e])?|table [12]|eq\. \d+))?"
         assert re.fullmatch(place, claim.section), claim.id
@@ -148,10 +148,10 @@ def test_all_claims_but_those_told_hold() -> None:
 
 def test_over_plucks_the_median_decides(solved: dict[str, Solved]) -> None:
     """The paper's own pluck of case B has contacts for 0.096 s, its neighbours mostly for less."""
-    claims = chosen(["b-phase", "b-second-set", "b-first-contact", "g-mode-34"])
+    claims = choose_claims(["b-phase", "b-second-set", "b-first-contact", "g-mode-34"])
     values = over_plucks(claims, 3, 2)
     assert sorted(values) == ["b-first-contact", "b-phase", "b-second-set"]
-    assert values["b-phase"] == over_plucks(chosen(["b-phase"]), 4, 1)["b-phase"][:3]
+    assert values["b-phase"] == over_plucks(choose_claims(["b-phase"]), 4, 1)["b-phase"][:3]
     assert len(set(map(str, values["b-phase"]))) == 3
     alone, phase = result(claims[0], solved), result(claims[0], solved, values["b-phase"])
     assert alone.passed and alone.spread is None and alone.measured == pytest.approx(0.0963, abs=1e-3)
@@ -226,24 +226,24 @@ def test_ticks_of_axes_are_shown_and_not_counted() -> None:
 
 def test_the_perturbed_zone_ends_when_the_gaps_between_partials_empty(solved: dict[str, Solved]) -> None:
     """Case A has none; in case B it ends with the contacts; noise that stops at 0.3 s ends there."""
-    assert runs.perturbed(solved["a"]) == 0.0
+    assert runs.perturbed_end(solved["a"]) == 0.0
     last = solved["b"].contacts.time_s[-1]
-    assert last - 0.04 < runs.perturbed(solved["b"]) < last + 0.02
+    assert last - 0.04 < runs.perturbed_end(solved["b"]) < last + 0.02
     quiet = solved["a"]
     sound = quiet.motion.displacement_m.copy()
     end = round(0.3 * quiet.rate)
     sound[:end] += 0.1 * sound.std() * np.random.default_rng(0).standard_normal(end)
     noisy = replace(quiet, motion=replace(quiet.motion, displacement_m=sound))
-    assert runs.perturbed(noisy) == pytest.approx(0.3, abs=0.025)
+    assert runs.perturbed_end(noisy) == pytest.approx(0.3, abs=0.025)
 
 
 def test_the_plucks_are_within_what_the_paper_leaves_open() -> None:
     case = runs.ENGINE["b"]
     plucks = [pull.of(case).trial().pluck for pull in runs.pulls(200)]
-    for name, least, most in (("apex", 3.55e-3, 3.65e-3), ("position", 0.632, 0.644), ("rounding", 2e-3, 6e-3)):
+    for name, minimum, maximum in (("apex", 3.55e-3, 3.65e-3), ("position", 0.632, 0.644), ("rounding", 2e-3, 6e-3)):
         values = np.array([getattr(pluck, name) for pluck in plucks])
-        assert least <= values.min() < least + 0.05 * (most - least), name
-        assert most - 0.05 * (most - least) < values.max() <= most, name
+        assert minimum <= values.min() < minimum + 0.05 * (maximum - minimum), name
+        assert maximum - 0.05 * (maximum - minimum) < values.max() <= maximum, name
     assert case.trial().pluck.rounding == 5e-3
 
 
@@ -279,7 +279,7 @@ def test_the_neck_is_straightened_as_in_the_paper() -> None:
 
 
 def test_friction_takes_from_v_alone() -> None:
-    assert check(chosen(["friction-v"]), plucks=0)[0].passed
+    assert check(choose_claims(["friction-v"]), plucks=0)[0].passed
 
 
 def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -292,7 +292,7 @@ def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Job, "solve", solve)
     heard: list[float] = []
-    results = check(chosen(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append, 0)
+    results = check(choose_claims(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append, 0)
     assert began == ["neck", "a"] and heard == [0.5, 1.0]
     assert [r.claim.id for r in results] == ["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]
     assert all(r.passed for r in results)

@@ -9,7 +9,7 @@ import pytest
 from support.strings import case_b
 
 from livebass.engine.solve import solve_trial
-from livebass.lab.paper.solving import Job, shared, solve_all
+from livebass.lab.paper.solving import Job, share_jobs, solve_all
 from livebass.lab.reference.solver import solve
 
 TRIAL = case_b(60, 192e3, 0.02, 48_000.0)
@@ -19,7 +19,7 @@ def test_jobs_that_differ_in_states_alone_are_solved_as_one() -> None:
     jobs = [Job(replace(TRIAL, states=states)) for states in ((), (0, 400, 900), (100, 400))]
     calls: list[None] = []
     solved = solve_all(jobs, 2, lambda: calls.append(None))
-    assert {job.trial.states for job in shared(jobs).values()} == {(0, 100, 400, 900)} and len(calls) == 1
+    assert {job.trial.states for job in share_jobs(jobs).values()} == {(0, 100, 400, 900)} and len(calls) == 1
     for job in jobs:
         alone, motion = solve_trial(job.trial), solved[job].motion
         assert solved[job].trial == job.trial and alone.contact_step.size > 0
@@ -32,7 +32,7 @@ def test_jobs_that_differ_in_states_alone_are_solved_as_one() -> None:
 
 def test_other_trials_and_other_solvers_are_jobs_of_their_own() -> None:
     jobs = [Job(TRIAL), Job(TRIAL, solve), Job(replace(TRIAL, lossless=True)), Job(TRIAL)]
-    assert len(set(shared(jobs).values())) == 3
+    assert len(set(share_jobs(jobs).values())) == 3
     solved = solve_all(jobs, 2)
     assert len(solved) == 3
     fast, slow = (solved[job].motion.displacement_m for job in jobs[:2])

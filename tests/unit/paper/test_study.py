@@ -24,7 +24,7 @@ from livebass.engine.solve import solve_trial
 from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.figures.measure import case_job
 from livebass.lab.paper.figures.section_4 import convergence, convergence_jobs
-from livebass.lab.paper.figures.studies import PLAYER, STUDIES, chosen, run_studies
+from livebass.lab.paper.figures.studies import PLAYER, STUDIES, choose_studies, run_studies
 from livebass.lab.paper.figures.study import Findings, Study, Table
 from livebass.lab.paper.solving import Job, solve_all
 from livebass.model.trial import Motion
@@ -105,15 +105,17 @@ def test_the_page_refers_to_files_beside_it(done: tuple[Path, dict[str, Any]]) -
 def test_the_page_opens_with_its_verdict(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     text = (done[0] / "index.html").read_text()
     assert text.index("<h1>") < text.index("study statements") < text.index("<nav>")
-    told = replace(STUDIES["statements"], jobs=lambda _: {}, report=lambda _: Findings(numbers={"verdict": "3 of <4>"}))
-    run_studies([told], tmp_path)
+    reported = replace(
+        STUDIES["statements"], jobs=lambda _: {}, report=lambda _: Findings(numbers={"verdict": "3 of <4>"})
+    )
+    run_studies([reported], tmp_path)
     text = (tmp_path / "index.html").read_text()
     assert text.index("<h1>") < text.index("3 of &lt;4&gt;") < text.index("<nav>") and 'href="#statements"' in text
 
 
 def test_captions_differ_and_ticks_and_legends_have_room() -> None:
     """In figures of several motions, whose names are long."""
-    several = chosen(["plucking-point", "neck", "stiffness"])
+    several = choose_studies(["plucking-point", "neck", "stiffness"])
     jobs = {study.name: study.jobs(SHORT) for study in several}
     solved = solve_all(job for by_name in jobs.values() for job in by_name.values())
     for study in several:
@@ -141,11 +143,11 @@ def assert_room(drawn: Any) -> None:
     drawn.canvas.draw()
     room = drawn.bbox
     for axis in drawn.axes:
-        least, most = axis.get_xlim()
+        minimum, maximum = axis.get_xlim()
         boxes = [
             label.get_window_extent()
             for place, label in zip(axis.get_xticks(), axis.get_xticklabels(), strict=True)
-            if label.get_text() and least <= place <= most
+            if label.get_text() and minimum <= place <= maximum
         ]
         boxes.sort(key=lambda box: box.x0)
         assert all(left.x1 < right.x0 for left, right in pairwise(boxes)), axis.get_xlabel()
@@ -158,11 +160,11 @@ def assert_room(drawn: Any) -> None:
 
 
 def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
-    directory, (linear, a) = tmp_path / "d", chosen(["linear", "a"])
-    told = Study("a", "Told again <&>", "1", "a table", lambda duration: {}, lambda motions: Findings())
+    directory, (linear, a) = tmp_path / "d", choose_studies(["linear", "a"])
+    reported = Study("a", "Told again <&>", "1", "a table", lambda duration: {}, lambda motions: Findings())
     run_studies([linear], directory)
     first = {p.name: p.read_bytes() for p in (directory / "linear").iterdir() if p.suffix in (".png", ".svg", ".csv")}
-    run_studies([told], directory)
+    run_studies([reported], directory)
     text = (directory / "index.html").read_text()
     assert 'id="linear"' in text and "Told again &lt;&amp;&gt;" in text and "<&>" not in text
     (directory / "a" / "summary.json").write_text("broken")
@@ -173,16 +175,16 @@ def test_the_page_keeps_studies_of_earlier_runs(tmp_path: Path) -> None:
 
 
 def test_cases_link_to_the_page_that_plays_them_where_there_is_one(tmp_path: Path) -> None:
-    told = [
+    reported = [
         Study(name, "Told", "1", "a table", lambda duration: {}, lambda motions: Findings()) for name in ("b", "neck")
     ]
     link = 'href="page/livebass.html#case=b"'
-    run_studies(told, tmp_path)
+    run_studies(reported, tmp_path)
     text = (tmp_path / "index.html").read_text()
     assert link not in text and text.count("<code>livebass page --link case=b</code>") == text.count("case=") == 1
     (tmp_path / PLAYER).parent.mkdir()
     (tmp_path / PLAYER).touch()
-    run_studies(told, tmp_path)
+    run_studies(reported, tmp_path)
     text = (tmp_path / "index.html").read_text()
     assert link in text and text.count("#case=") == 1
     assert 'src="page/embed.js"' in text and text.count('<live-bass page="livebass.html" link="case=b"') == 1
@@ -196,7 +198,9 @@ def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.M
         return solve_trial(replace(job.trial, modes=min(job.trial.modes, 20)))
 
     monkeypatch.setattr(Job, "solve", solve)
-    studies = [replace(s, report=lambda motions: Findings()) for s in chosen(["b", "cases", "dispersion", "stiffness"])]
+    studies = [
+        replace(s, report=lambda motions: Findings()) for s in choose_studies(["b", "cases", "dispersion", "stiffness"])
+    ]
     result = run_studies(studies, tmp_path, duration=SHORT, workers=1)
     assert len(solved) == len(set(solved)) == result["solutions"] == 6  # a, b, c, harmonic, soft; first 5 ms of b
 

@@ -13,7 +13,7 @@ from livebass.lab.paper.claims import check
 from livebass.lab.paper.figures import measure
 from livebass.lab.paper.figures.section_4 import convergence_jobs, errors
 from livebass.lab.paper.figures.sections_2_3 import linear
-from livebass.lab.paper.figures.studies import STUDIES, chosen, statement_jobs, statements
+from livebass.lab.paper.figures.studies import STUDIES, choose_studies, statement_jobs, statements
 from livebass.lab.paper.solving import solve_all
 from livebass.model import modes
 from livebass.model.trial import Motion
@@ -27,16 +27,16 @@ def case_b() -> Solved:
 
 
 def test_case_b_in_numbers(case_b: Solved) -> None:
-    told = measure.numbers(case_b)
-    assert told["first_fret"] == 12 and told["points_first_set"] == 12
-    assert told["first_contact_ms"] == pytest.approx(4, abs=0.3)
+    reported = measure.numbers(case_b)
+    assert reported["first_fret"] == 12 and reported["points_first_set"] == 12
+    assert reported["first_contact_ms"] == pytest.approx(4, abs=0.3)
     table = measure.sets_table({"B": case_b})
     assert table.rows[0][-1] == "1-12" and table.rows[1][-1] == "2-11"  # section 4.1.1
     time_s, change = measure.variation(case_b)
     early, late = change[time_s < 0.02], change[time_s > 0.1]
     assert early.max() > 0.1 and np.abs(late).max() < 0.03  # the glide of figure 7a
     window = measure.set_times([case_b], 0)
-    assert window is not None and window[0] < told["first_contact_ms"] * 1e-3 < window[1]
+    assert window is not None and window[0] < reported["first_contact_ms"] * 1e-3 < window[1]
     assert measure.set_times([case_b], 99) is None
 
 
@@ -74,18 +74,18 @@ def test_convergence_meets_the_paper_s_criterion() -> None:
 def test_over_a_board_places_are_told() -> None:
     trial = measure.case_job("fretless", 0.05).trial
     solved = Solved(trial, solve_trial(trial))
-    told, table = measure.numbers(solved), measure.sets_table({"F": solved})
-    assert solved.over_board and told["first_fret"] is None and 300 < told["first_place_mm"] < 600
-    assert told["points_first_set"] > 100  # a fretted neck has 20
-    least, most = map(float, str(table.rows[0][-1]).removesuffix(" mm").split(" to "))
-    assert 0 < least < told["first_place_mm"] <= most < 604
+    reported, table = measure.numbers(solved), measure.sets_table({"F": solved})
+    assert solved.over_board and reported["first_fret"] is None and 300 < reported["first_place_mm"] < 600
+    assert reported["points_first_set"] > 100  # a fretted neck has 20
+    minimum, maximum = map(float, str(table.rows[0][-1]).removesuffix(" mm").split(" to "))
+    assert 0 < minimum < reported["first_place_mm"] <= maximum < 604
     assert solved.contact_place.shape == solved.contacts.time_s.shape
 
 
 def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = check.chosen(["g-inharmonicity", "a-centroid", "g-fundamental"])
+    few = check.choose_claims(["g-inharmonicity", "a-centroid", "g-fundamental"])
     monkeypatch.setattr(check, "PLUCKS", 2)
-    monkeypatch.setattr(check, "chosen", lambda: few)
+    monkeypatch.setattr(check, "choose_claims", lambda: few)
     jobs = statement_jobs(0.1)
     assert list(jobs) == ["a"] and jobs["a"].trial.duration == 1.0  # the paper's, whatever is requested
     motions = solve_all(jobs.values())
@@ -107,8 +107,8 @@ def test_the_neck_explains_the_quality_factors() -> None:
 
 def test_the_rest_of_what_is_said() -> None:
     assert measure.ranges([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10" and measure.ranges([]) == ""
-    assert [s.name for s in chosen(["ALL"])] == list(STUDIES)
-    assert [s.name for s in chosen(["neck", "b", "B"])] == ["b", "neck"]
+    assert [s.name for s in choose_studies(["ALL"])] == list(STUDIES)
+    assert [s.name for s in choose_studies(["neck", "b", "B"])] == ["b", "neck"]
     with pytest.raises(ValueError, match="there is no v"):
         Solved(measure.case_job("a", 0.1).trial, _still()).displacement(across=True)
 

@@ -20,7 +20,7 @@ from livebass.kernels.bass.check import DAMAGED, FOREIGN, GOOD, check_file, chec
 from livebass.kernels.bass.instrument import COARSE, FILE, INSTRUMENT_WORDS, LIVE, STUDIO, TIERS, WORD
 from livebass.kernels.effects.records import EFFECTS, LATE
 from livebass.kernels.player.constants import FINGER, PICK, POP, STANDARD
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.kernels.string.preparing import NOTE, NOTE_WORDS
 from livebass.model.instrument import Effects, Response
 from livebass.model.keymap import MODO_12, velocity_parts
@@ -95,29 +95,29 @@ def whole() -> bytes:
     return image_file(load_preset("paper-g"))
 
 
-def checked(data: bytes) -> int:
+def check(data: bytes) -> int:
     """GOOD, or why a file with these bytes is refused."""
     made = image_of(data)  # it holds the memory
     return int(check_file(made.address, len(data)))
 
 
-def sealed(words: np.ndarray) -> bytes:
+def seal(words: np.ndarray) -> bytes:
     """The words of a file, with a valid checksum."""
     total = int(checksum(words.ctypes.data, len(words) - 1))
     return words[:-1].tobytes() + total.to_bytes(WORD, "little")
 
 
 def test_damaged_files_are_refused(whole: bytes) -> None:
-    assert checked(whole) == GOOD
+    assert check(whole) == GOOD
     for data in (b"", b"LIVEBASS", whole[: FILE.itemsize], b"RIFF" + whole[4:], whole[:-1], whole + b"\0" * 7):
-        assert checked(data) == FOREIGN
+        assert check(data) == FOREIGN
     for data in (whole[:-WORD], whole + b"\0" * WORD, whole[:-800] + whole[-792:]):
-        assert checked(data) == DAMAGED
+        assert check(data) == DAMAGED
     rng = np.random.default_rng(5)
     for place in rng.integers(2 * WORD, len(whole), 200).tolist():
         damaged = bytearray(whole)
         damaged[place] ^= 1 << int(rng.integers(0, 8))
-        assert checked(bytes(damaged)) == DAMAGED
+        assert check(bytes(damaged)) == DAMAGED
 
 
 def test_what_is_accepted_cannot_crash(whole: bytes) -> None:
@@ -133,10 +133,10 @@ def test_what_is_accepted_cannot_crash(whole: bytes) -> None:
         floats = [-1.0, 0.0, 1e-300, 1e300, np.nan, np.inf, float(rng.normal())]
         word = nonsense[k % 7] if k % 2 else int(np.array(floats[k % 7]).view(np.int64))
         words[place] = word
-        if checked(sealed(words)) != GOOD:
+        if check(seal(words)) != GOOD:
             continue
         accepted += 1
-        file = image_of(sealed(words))
+        file = image_of(seal(words))
         for tier in range(TIERS):
             try:
                 file.pool(tier, 48000)
@@ -213,7 +213,7 @@ def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], 
 
 INSTRUMENT_PLACE = FILE.fields["instrument"][1]
 # Each number's place in a file, once for each string of the bass, and its limits
-NUMBERS = [(INSTRUMENT_PLACE, limit) for limit in limits(INSTRUMENT_WORDS, MOST_STRINGS)]
+NUMBERS = [(INSTRUMENT_PLACE, limit) for limit in limits(INSTRUMENT_WORDS, MAX_STRINGS)]
 NUMBERS += [(FILE.itemsize, limit) for limit in limits(NOTE_WORDS)]
 
 
@@ -224,28 +224,34 @@ def test_each_number_has_its_limits(place: int, limit: Limit, whole: bytes) -> N
     for k in {0, (limit.each * strings or limit.size) - 1}:
         words = np.frombuffer(whole, np.int64).copy()
         number = words[place // WORD + limit.first + k :][:1]
-        absurd = (limit.least - 1, limit.most + 1, 1 << 40, -(1 << 62))
+        absurd = (limit.minimum - 1, limit.maximum + 1, 1 << 40, -(1 << 62))
         if not limit.whole:
             number = number.view(float)
-            absurd = (np.nextafter(limit.least, -np.inf), np.nextafter(limit.most, np.inf), np.nan, np.inf, -np.inf)
+            absurd = (
+                np.nextafter(limit.minimum, -np.inf),
+                np.nextafter(limit.maximum, np.inf),
+                np.nan,
+                np.inf,
+                -np.inf,
+            )
         for value in absurd:
             number[0] = value
-            assert checked(sealed(words)) == DAMAGED, (k, value)
+            assert check(seal(words)) == DAMAGED, (k, value)
     if limit.each:
         words = np.frombuffer(whole, np.int64).copy()
         words[place // WORD + limit.first + limit.each * strings] = 1 << 62
-        assert checked(sealed(words)) == GOOD
+        assert check(seal(words)) == GOOD
 
 
 @pytest.mark.parametrize("name", ["circuit", "player", "key_map", "part", "slap", "drop", "stroke", "wheel_slides"])
 def test_limits_themselves_are_allowed(name: str, whole: bytes) -> None:
     for place, limit in NUMBERS:
         if limit.name.partition(".")[0] == name and place == INSTRUMENT_PLACE:
-            for value in (limit.least, limit.most):
+            for value in (limit.minimum, limit.maximum):
                 words = np.frombuffer(whole, np.int64).copy()
                 number = words[place // WORD + limit.first :][: limit.size]
                 (number if limit.whole else number.view(float))[:] = value
-                assert checked(sealed(words)) == GOOD, (limit.name, value)
+                assert check(seal(words)) == GOOD, (limit.name, value)
 
 
 def test_too_many_answers_are_refused(whole: bytes) -> None:
@@ -253,7 +259,7 @@ def test_too_many_answers_are_refused(whole: bytes) -> None:
     words = np.frombuffer(image_file(load_preset("jazz-finger")), np.int64).copy()
     numbers = words.view(np.uint8)[: FILE.itemsize].view(FILE)["instrument"]
     numbers["answering_modes"][0, :4] = 64
-    assert checked(sealed(words)) == DAMAGED
+    assert check(seal(words)) == DAMAGED
 
 
 OWN_PICK = Pick(soft_width=1.2e-3, hard_width=0.8e-3, place=0.9, angle=0.3, nearer=0.04, lift=0.9)
@@ -299,10 +305,10 @@ def test_no_sample_of_a_response_may_be_absurd() -> None:
     for wrong in (np.nan, np.inf):
         changed = words.copy()
         changed[-2] = np.array(wrong).view(np.int64)
-        assert checked(sealed(changed)) == DAMAGED
+        assert check(seal(changed)) == DAMAGED
     short = np.delete(words, -2)
     short[1] -= 1
-    assert checked(sealed(short)) == DAMAGED, "a sample is missing"
+    assert check(seal(short)) == DAMAGED, "a sample is missing"
 
 
 def test_a_file_has_the_players_keys_and_velocities() -> None:

@@ -28,7 +28,7 @@ PINNED = json.loads((Path(__file__).parent / "instruments.json").read_text())
 TABLE = ((30.0, 1e-4, 2e-4), (90.0, 3e-3, -1e-3), (140.0, 1e-3, 4e-4), (700.0, 2e-4, -3e-4))
 
 
-def changed(
+def change(
     preset: str, neck: Callable[[Neck], Neck] | None = None, string: Callable[[String], String] | None = None,
     answering: str = "off",
 ) -> Instrument:  # fmt: skip
@@ -49,7 +49,7 @@ def choking(neck: Neck) -> Neck:
     return replace(neck, fret_heights=tuple(heights))
 
 
-def profiled(neck: Neck) -> Neck:
+def add_profile(neck: Neck) -> Neck:
     """A neck with wood between its frets."""
     x, h = neck.fret_positions, neck.fret_heights
     return replace(neck, surface=fretted_surface(x, h, 0.9e-3, x[-1] + 0.02))
@@ -66,18 +66,18 @@ BASSES: dict[str, Callable[[], Instrument]] = {
     "fretless, pythagorean": lambda: load_preset("fretless", tuning="drop-d", temperament="pythagorean"),
     "measured modes, capo": lambda: load_preset("paper-g", capo=5),
     "measured modes, just": lambda: load_preset("paper-bass", temperament="just", a4=436),
-    "answering": lambda: changed("slap", answering="always"),
-    "answering, five strings": lambda: changed("five-string", answering="pedal"),
-    "choking": lambda: changed("jazz-finger", choking),
-    "profile": lambda: changed("precision-finger", profiled),
-    "table": lambda: changed("slap", lambda n: replace(n, admittance=Admittance(table=TABLE), free_length=0.45)),
-    "table, answering": lambda: changed("paper-bass", lambda n: replace(n, admittance=Admittance(table=TABLE)), None,
+    "answering": lambda: change("slap", answering="always"),
+    "answering, five strings": lambda: change("five-string", answering="pedal"),
+    "choking": lambda: change("jazz-finger", choking),
+    "profile": lambda: change("precision-finger", add_profile),
+    "table": lambda: change("slap", lambda n: replace(n, admittance=Admittance(table=TABLE), free_length=0.45)),
+    "table, answering": lambda: change("paper-bass", lambda n: replace(n, admittance=Admittance(table=TABLE)), None,
                                         "always"),
-    "few resonances": lambda: changed(
+    "few resonances": lambda: change(
         "slap", lambda n: replace(n, admittance=Admittance((Resonance(80, 9, 1.2, 0), Resonance(190, 20, 0.7, 2)))),
     ),
-    "rigid": lambda: changed("muted", lambda n: replace(n, admittance=Admittance(), stop_conductance=0.0)),
-    "board, paper, mute": lambda: changed(
+    "rigid": lambda: change("muted", lambda n: replace(n, admittance=Admittance(), stop_conductance=0.0)),
+    "board, paper, mute": lambda: change(
         "fretless", None, lambda s: replace(s, extra_damping=30.0, extra_damping_slope=2e-3, stiffness_law="paper")
     ),
 }  # fmt: skip

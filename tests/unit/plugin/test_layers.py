@@ -61,7 +61,7 @@ def calls(files: Files) -> Iterator[tuple[str, str, str]]:
                 yield room(file), defined[name], name
 
 
-def broken(files: Files) -> set[tuple[str, str, str]]:
+def broken_calls(files: Files) -> set[tuple[str, str, str]]:
     """Calls that do not go down."""
     layer = {name: number for number, names in enumerate(LAYERS) for name in names}
     return {call for call in calls(files) if layer[call[0]] <= layer[call[1]]}
@@ -74,7 +74,7 @@ def test_each_file_has_its_layer(files: Files) -> None:
 
 def test_calls_go_down(files: Files) -> None:
     assert {"lb_value", "lb_load_bass", "lb_draw_neck", "lb_kinds", "lb_edit_instance"} <= definers(files).keys()
-    assert broken(files) == set()
+    assert broken_calls(files) == set()
 
 
 def test_a_circle_would_be_found(files: Files) -> None:
@@ -84,7 +84,7 @@ def test_a_circle_would_be_found(files: Files) -> None:
         "picture/neck.c": files["picture/neck.c"] + "lb_draw(p);",
         "instance/state.c": files["instance/state.c"] + "lb_serve(i);",
     }
-    assert broken(wrong) == {("neck", "picture", "lb_draw"), ("state", "instance", "lb_serve")}
+    assert broken_calls(wrong) == {("neck", "picture", "lb_draw"), ("state", "instance", "lb_serve")}
 
 
 def test_includes_have_no_circle(files: Files) -> None:

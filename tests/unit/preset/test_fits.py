@@ -19,7 +19,7 @@ with pytest.MonkeyPatch.context() as patch:
 
 FITS: dict[str, dict[str, Any]] = tomllib.loads((TOOLS / "fits.toml").read_text())
 SOURCES = tomllib.loads((TOOLS / "real_notes.toml").read_text())
-ON_BASES = [name for name, told in FITS.items() if told["like"].startswith("tools/bases/")]
+ON_BASES = [name for name, reported in FITS.items() if reported["like"].startswith("tools/bases/")]
 DECIDED = {f.key for f in FREE} | {"name", "description", "gain", "softest", "floor_noise", "release_noise"}
 DECIDED |= {"pluck_nearest", "pluck_farthest", "inharmonicity"}  # by a fit
 FIT = """# Made by a fit.
@@ -42,18 +42,20 @@ hardest = 6.0  # sd 0.1
 
 @pytest.mark.parametrize("name", FITS)
 def test_a_fitted_preset_names_its_recordings_and_its_command(name: str) -> None:
-    told, text = FITS[name], (PRESETS / f"{name}.toml").read_text()
-    source = SOURCES[told["recordings"]]
+    reported, text = FITS[name], (PRESETS / f"{name}.toml").read_text()
+    source = SOURCES[reported["recordings"]]
     assert source["shipped"], "not in the public domain"
-    assert source["bass"] in text and source["source"] in text and told["notes"] in text
-    command = f"livebass fit {told['recordings']} --like {told['like']} --seed {told['seed']}"
-    assert f"{command} --evaluations {told['evaluations']}\n" in text
-    assert told["why"] in text
+    assert source["bass"] in text and source["source"] in text and reported["notes"] in text
+    command = f"livebass fit {reported['recordings']} --like {reported['like']} --seed {reported['seed']}"
+    assert f"{command} --evaluations {reported['evaluations']}\n" in text
+    assert reported["why"] in text
     made = tomllib.loads(text)
     set_by_hand = made["neck"] | made["output"] | made["player"]
-    assert {key: set_by_hand[key] for key in told["by_hand"]} == told["by_hand"]
-    assert {key: made[key] for key in ("name", "description")} == {key: told[key] for key in ("name", "description")}
-    assert made["like"] == (own_tables(ROOT / told["like"])[1]["like"] if name in ON_BASES else told["like"])
+    assert {key: set_by_hand[key] for key in reported["by_hand"]} == reported["by_hand"]
+    assert {key: made[key] for key in ("name", "description")} == {
+        key: reported[key] for key in ("name", "description")
+    }
+    assert made["like"] == (own_tables(ROOT / reported["like"])[1]["like"] if name in ON_BASES else reported["like"])
 
 
 def test_no_other_preset_says_that_a_fit_made_it() -> None:

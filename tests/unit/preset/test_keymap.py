@@ -13,7 +13,7 @@ from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import preset_text
 
 
-def written(tmp_path: Path, text: str) -> str:
+def write(tmp_path: Path, text: str) -> str:
     path = tmp_path / "mine.toml"
     path.write_text(text)
     return str(path)
@@ -23,17 +23,17 @@ def written(tmp_path: Path, text: str) -> str:
 def test_what_is_printed_is_read_again(name: str, tmp_path: Path, run: Run) -> None:
     status, out, err = run("presets", "keymap", name)
     assert (status, err) == (0, "") and out == key_map_text(MAPS[name])
-    again = load_key_map(written(tmp_path, out))
+    again = load_key_map(write(tmp_path, out))
     assert sorted(again.keys) == sorted(MAPS[name].keys) and again.over_notes == MAPS[name].over_notes
     assert sorted(again.controllers) == sorted(MAPS[name].controllers)
 
 
 def test_a_file_says_what_it_changes(tmp_path: Path) -> None:
-    keys = load_key_map(written(tmp_path, "[keys]\nghost = [22, 100]\nhand = 120\n[strings]\nBb = 3\n"))
+    keys = load_key_map(write(tmp_path, "[keys]\nghost = [22, 100]\nhand = 120\n[strings]\nBb = 3\n"))
     assert keys.keys[:1] == ((3, "string", 10),) and keys.over_notes
     assert set(keys.keys[1:]) == {(22, "ghost", 0), (100, "ghost", 0), *((119 + k, "hand", k) for k in range(1, 9))}
     assert keys.controllers == MODO.controllers
-    keys = load_key_map(written(tmp_path, "[controllers]\nvibrato = 20\nplace = [3, 16]\n"))
+    keys = load_key_map(write(tmp_path, "[controllers]\nvibrato = 20\nplace = [3, 16]\n"))
     assert keys.keys == MODO.keys and keys.over_notes is False
     assert keys.controllers == ((20, "vibrato"), (3, "place"), (16, "place"))
 
@@ -64,7 +64,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("text", "said"), WRONG, ids=[text.replace("\n", " ") or "empty" for text, _ in WRONG])
 def test_a_wrong_file_is_one_line(text: str, said: list[str], tmp_path: Path, run: Run) -> None:
-    path = written(tmp_path, text)
+    path = write(tmp_path, text)
     for command in (("presets", "keymap", path), ("render", "--note", "E1", "--keys", path, "-o", tmp_path / "a.wav")):
         status, out, err = run(*command)
         assert status != 0 and not out and err.count("\n") == 1 and "mine.toml: " in err
@@ -83,7 +83,7 @@ def test_a_preset_names_its_map_from_where_it_is(tmp_path: Path, monkeypatch: py
     own = tmp_path / "bass" / "own.toml"
     text = preset_text("jazz-finger")
     own.write_text(text.replace("[player]\n", '[player]\nkeys = "mine.toml"\nvelocity_curve = [[1, 20], [127, 127]]\n'))
-    written(tmp_path / "bass", "[keys]\nghost = 99\n")
+    write(tmp_path / "bass", "[keys]\nghost = 99\n")
     monkeypatch.chdir(tmp_path)
     player = load_preset("bass/own.toml").player
     assert player.keys.keys == ((99, "ghost", 0),) and player.velocity_curve == ((1.0, 20.0), (127.0, 127.0))
@@ -98,7 +98,7 @@ def test_a_preset_names_its_map_from_where_it_is(tmp_path: Path, monkeypatch: py
     "bad", ['"sofd"', "0.1", "6", "true", "[]", "[[1, 1], [1, 2]]", "[[0, 1]]", "[[1, 128]]", "[1]"]
 )
 def test_a_curve_that_is_none(bad: str, tmp_path: Path) -> None:
-    path = written(tmp_path, preset_text("jazz-finger").replace("[player]\n", f"[player]\nvelocity_curve = {bad}\n"))
+    path = write(tmp_path, preset_text("jazz-finger").replace("[player]\n", f"[player]\nvelocity_curve = {bad}\n"))
     with pytest.raises(PresetError, match=r"player\.velocity_curve must be linear, soft, hard, an exponent"):
         load_preset(path)
 

@@ -40,7 +40,7 @@ def like(folder: Path, own: str, base: str = BASE) -> Instrument:
     return load_preset(folder / "mine.toml")
 
 
-def written(folder: Path, *changes: tuple[str, str]) -> Instrument:
+def write(folder: Path, *changes: tuple[str, str]) -> Instrument:
     """The bass of the whole BASE with some text replaced."""
     text = BASE
     for old, new in changes:
@@ -51,7 +51,7 @@ def written(folder: Path, *changes: tuple[str, str]) -> Instrument:
 
 
 def test_a_file_that_says_nothing_more_is_the_other_bass(tmp_path: Path) -> None:
-    assert like(tmp_path, "") == written(tmp_path)
+    assert like(tmp_path, "") == write(tmp_path)
     (tmp_path / "shipped.toml").write_text('like = "slap"\n')
     assert load_preset(tmp_path / "shipped.toml") == load_preset("slap")
 
@@ -87,9 +87,9 @@ def test_a_file_that_says_nothing_more_is_the_other_bass(tmp_path: Path) -> None
 def test_what_a_file_says_takes_the_place_of_what_is_there(
     tmp_path: Path, own: str, changes: list[tuple[str, str]]
 ) -> None:
-    made, wanted = like(tmp_path, own), written(tmp_path, *changes)
+    made, wanted = like(tmp_path, own), write(tmp_path, *changes)
     # a string's name stays as spelled in the changing file
-    assert repr(made).replace("name='g'", "name='G'") == repr(wanted) and made != written(tmp_path)
+    assert repr(made).replace("name='g'", "name='G'") == repr(wanted) and made != write(tmp_path)
 
 
 def test_a_string_is_added_by_listing_all(tmp_path: Path) -> None:

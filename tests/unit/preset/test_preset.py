@@ -16,10 +16,10 @@ from support.presets import STRING_A, STRING_G
 
 from livebass.model.instrument import note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
-from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
-from livebass.preset.checks import overdamped
+from livebass.preset.build import LARGEST_COUNTS, MAX_FRETS, MAX_SENSING, Builder, PresetError
+from livebass.preset.checks import overdamped_mode
 from livebass.preset.keymap import load_key_map
-from livebass.preset.keys import DATACLASSES, HAND, KEYS, Key, checked, key_names
+from livebass.preset.keys import DATACLASSES, HAND, KEYS, Key, check_value, key_names
 from livebass.preset.load import (
     laboratory_names,
     load_preset,
@@ -333,12 +333,12 @@ def test_split_coil(tmp_path: Path) -> None:
 
 
 def test_limits_are_what_the_engine_has_room_for() -> None:
-    from livebass.kernels.player.performer import MOST_STRINGS
-    from livebass.kernels.string.records import MOST_NEAR, VOICE
+    from livebass.kernels.player.performer import MAX_STRINGS
+    from livebass.kernels.string.records import MAX_NEAR, VOICE
 
-    assert LARGEST_COUNTS["string"] == MOST_STRINGS
-    assert VOICE["mix"].shape[0] == MOST_SENSING
-    assert MOST_NEAR == MOST_FRETS == int(next(k.most for k in KEYS if k.name == "frets"))
+    assert LARGEST_COUNTS["string"] == MAX_STRINGS
+    assert VOICE["mix"].shape[0] == MAX_SENSING
+    assert MAX_NEAR == MAX_FRETS == int(next(k.maximum for k in KEYS if k.name == "frets"))
 
 
 @costly()
@@ -375,10 +375,10 @@ def test_no_overdamped_mode_is_overlooked(
         count = s.grid_points - 1
         for v in (False, True):
             worst = max(worst, np.max(dampings(s, count, across=v) / (2 * np.pi * frequencies(s, count, across=v))))
-    found = overdamped(string, neck)
+    found = overdamped_mode(string, neck)
     assert (found is not None) == (worst > 0.999)
     if found and found.key in ("extra_damping", "extra_damping_slope", "viscoelastic_angle") and found.allowed > 0:
-        assert overdamped(replace(string, **{found.key: found.allowed}), neck) is None
+        assert overdamped_mode(replace(string, **{found.key: found.allowed}), neck) is None
 
 
 def test_a_neck_gives_way(tmp_path: Path) -> None:
@@ -407,10 +407,10 @@ def test_a_neck_gives_way(tmp_path: Path) -> None:
 def test_what_is_said_to_be_heavy_enough_is(mass: float) -> None:
     bass = shipped("jazz-finger")
     resonance = Resonance(45.0, 20.0, mass)
-    found = overdamped(bass.strings[0], replace(bass.necks[0], admittance=Admittance((resonance,))))
+    found = overdamped_mode(bass.strings[0], replace(bass.necks[0], admittance=Admittance((resonance,))))
     assert found and found.key == "resonance_masses" and found.item == 1 and found.allowed > found.value == mass
     heavier = Admittance((replace(resonance, mass=found.allowed),))
-    assert overdamped(bass.strings[0], replace(bass.necks[0], admittance=heavier)) is None
+    assert overdamped_mode(bass.strings[0], replace(bass.necks[0], admittance=heavier)) is None
 
 
 @pytest.mark.parametrize("measured", [(), (1.0, 1.0)], ids=["by the law", "measured"])
@@ -421,13 +421,13 @@ def test_a_v_that_cannot_ring_is_named(measured: tuple[float, ...]) -> None:
     string = replace(bass.strings[3], measured_frequencies=nu, measured_dampings=measured)
     table = ((240.0, 0.0, 0.0), (245.0, 3.0, 0.0), (320.0, 3.0, 0.0), (330.0, 0.0, 0.0))  # felt across about 90 Hz
     neck = replace(bass.necks[3], admittance=Admittance(table=table), stiffness_across=0.1, axes_turned=0.0)
-    assert overdamped(string, replace(neck, stiffness_across=1.0)) is None
-    found = overdamped(string, neck)
+    assert overdamped_mode(string, replace(neck, stiffness_across=1.0)) is None
+    found = overdamped_mode(string, neck)
     assert found and found.across and (found.fret, found.mode, found.key) == (0, 1, "conductance_values")
     assert "damps mode 1 of the motion across at fret 0 beyond critical" in found.why("conductance")
     part = found.allowed / found.value
     weaker = Admittance(table=tuple((f, part * y, 0.0) for f, y, _ in table))
-    assert 0.1 < part < 1 and overdamped(string, replace(neck, admittance=weaker)) is None
+    assert 0.1 < part < 1 and overdamped_mode(string, replace(neck, admittance=weaker)) is None
 
 
 def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -496,7 +496,7 @@ def limits() -> list[Any]:
     for key in KEYS:
         kind = key.kind.removesuffix("[]")
         if kind in DIMENSIONS or kind in ("number", "integer"):
-            for end, beyond in ((key.least, -1.0), (key.most, 1.0)):
+            for end, beyond in ((key.minimum, -1.0), (key.maximum, 1.0)):
                 number, _, unit = end.partition(" ")
                 far = float(number) + beyond * (1 if kind == "integer" else 1e-6 * (abs(float(number)) or 1.0))
                 cases.append(pytest.param(key, number, f"{far:.17g}", unit, id=f"{key.section}.{key.name}-{end}"))
@@ -511,9 +511,9 @@ def test_limits(key: Key, end: str, far: str, unit: str) -> None:
         value = f"{text} {unit}" if unit else number(float(text))
         return [value] if key.kind.endswith("[]") else value
 
-    checked(key, written(end))
+    check_value(key, written(end))
     with pytest.raises(ValueError, match=r" to |negative"):
-        checked(key, written(far))
+        check_value(key, written(far))
 
 
 @pytest.mark.parametrize("key", [k for k in KEYS if k.section in DATACLASSES], ids=lambda k: f"{k.section}.{k.name}")
@@ -522,10 +522,10 @@ def test_default_is_the_instruments_own(key: Key) -> None:
     if key.default in (MISSING, None):
         assert own.get(key.name, MISSING) in (MISSING, (), 0.0, None)
     elif key.kind == "key map":
-        assert load_key_map(checked(key, key.default)) == own[key.name]
+        assert load_key_map(check_value(key, key.default)) == own[key.name]
     elif own.get(key.name, MISSING) is not MISSING:
         near = {"rel": 1e-3} if key.kind == "angle" else {}  # degrees are written with three digits
-        assert checked(key, key.default) == pytest.approx(own[key.name], **near)
+        assert check_value(key, key.default) == pytest.approx(own[key.name], **near)
 
 
 @pytest.mark.parametrize("section", ["output", "pickup", "coil", "player", "pick"])
@@ -586,17 +586,17 @@ def some(key: Key) -> st.SearchStrategy[Any]:
     """Allowed values of `key`, both ends included."""
     if "|" in key.kind:
         return st.sampled_from(key.kind.split("|"))
-    if " " in key.least:
-        low, high = quantity(key.least, key.kind), quantity(key.most, key.kind)
+    if " " in key.minimum:
+        low, high = quantity(key.minimum, key.kind), quantity(key.maximum, key.kind)
         scale = DIMENSIONS[key.kind].units[next(iter(DIMENSIONS[key.kind].units))]
         unit = next(iter(DIMENSIONS[key.kind].units))
-        ends = st.sampled_from([key.least, key.most])
+        ends = st.sampled_from([key.minimum, key.maximum])
         return ends | spread(low / scale, high / scale).map(lambda v: f"{v:.15g} {unit}")
     if key.kind == "controller":
         return st.sampled_from([0, 1, 16, 119])
     if key.kind == "integer":
-        return st.integers(int(key.least), int(key.most))
-    return st.sampled_from([float(key.least), float(key.most)]) | spread(float(key.least), float(key.most))
+        return st.integers(int(key.minimum), int(key.maximum))
+    return st.sampled_from([float(key.minimum), float(key.maximum)]) | spread(float(key.minimum), float(key.maximum))
 
 
 def spread(low: float, high: float) -> st.SearchStrategy[float]:
@@ -606,8 +606,8 @@ def spread(low: float, high: float) -> st.SearchStrategy[float]:
     """
     if high <= 0.0:
         return st.floats(low, high)
-    least = max(low, high * 1e-6)
-    return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
+    minimum = max(low, high * 1e-6)
+    return st.floats(0.001, 0.999).map(lambda part: minimum * (high / minimum) ** part)
 
 
 APART = ("note", "text", "lift", "tuning", "key map", "curve", "sound file")  # kinds with their own values

@@ -40,7 +40,7 @@ def rms(sound: np.ndarray) -> float:
     return float(np.sqrt(np.mean(sound**2)))
 
 
-def played(response: Response) -> np.ndarray:
+def play(response: Response) -> np.ndarray:
     return np.frombuffer(response.played)
 
 
@@ -55,7 +55,7 @@ def test_a_response_is_as_the_file_has_it_without_its_silent_end(tmp_path: Path)
     sound = np.concatenate([np.zeros(5), GOOD, np.full(300, 9e-7)])
     found = given(tmp_path, sound, 44_100)
     assert (found.rate, found.count, found.remark) == (44_100, 5 + len(GOOD), "")
-    assert np.array_equal(played(found), sound[: found.count])
+    assert np.array_equal(play(found), sound[: found.count])
     with pytest.raises(PresetError, match="its loudest sample is 101, allowed up to 100"):
         given(tmp_path, 101 * GOOD)
 
@@ -67,7 +67,7 @@ def test_what_sounds_of_a_longer_file_is_a_response(tmp_path: Path, floor: float
     sound = np.concatenate([np.zeros(RATE), 0.1 * GOOD, np.zeros(3 * RATE)])
     sound += 0.1 * floor * rng.uniform(-1, 1, len(sound))
     for normalized in (False, True):
-        found = played(given(tmp_path, sound, normalized=normalized))
+        found = play(given(tmp_path, sound, normalized=normalized))
         assert len(GOOD) <= len(found) <= len(GOOD) + RATE // 50
         gain = found[0] / sound[RATE]
         kept = len(GOOD) // 2  # its very end fades out
@@ -78,7 +78,7 @@ def test_what_sounds_of_a_longer_file_is_a_response(tmp_path: Path, floor: float
 def test_silence_before_the_sound_goes_where_the_level_is_set(tmp_path: Path) -> None:
     late = np.concatenate([np.zeros(4000), [1e-4], GOOD])
     kept, cut = given(tmp_path, late), given(tmp_path, late, normalized=True)
-    assert np.array_equal(played(kept), late) and len(played(cut)) == len(GOOD)
+    assert np.array_equal(play(kept), late) and len(play(cut)) == len(GOOD)
 
 
 CHANNELS = {
@@ -99,7 +99,7 @@ def test_one_channel_is_taken_and_said(tmp_path: Path, run: Run, name: str) -> N
             given(tmp_path, np.stack(channels, 1))
         return
     found = given(tmp_path, np.stack(channels, 1))
-    assert np.array_equal(played(found), wanted) and found.remark.startswith(f"{file}: {says}")
+    assert np.array_equal(play(found), wanted) and found.remark.startswith(f"{file}: {says}")
     assert found == given(tmp_path, wanted), "the remark is no part of it"
     if name == "right":
         given(tmp_path, np.stack(channels, 1))
@@ -111,7 +111,7 @@ def test_one_channel_is_taken_and_said(tmp_path: Path, run: Run, name: str) -> N
         assert status == 0 and found.remark in out.splitlines()
 
 
-def filtered(rate: int, low: float, high: float) -> np.ndarray:
+def band_pass(rate: int, low: float, high: float) -> np.ndarray:
     """A cabinet that passes frequencies from `low` to `high` (Hz), the same at any rate."""
     sos = butter(2, [low, min(high, 0.45 * rate)], "band", fs=rate, output="sos")
     return np.asarray(sosfilt(sos, np.arange(rate // 5) == 0))
@@ -131,8 +131,8 @@ def test_every_response_leaves_a_bass_as_loud(tmp_path: Path, low: float, high: 
     dry = phrase()
     found = []
     for level in (1e-4, 0.02, 40.0):
-        samples = level * filtered(RATE, low, high)
-        response = played(given(tmp_path, samples, normalized=True))
+        samples = level * band_pass(RATE, low, high)
+        response = play(given(tmp_path, samples, normalized=True))
         found.append(decibels(rms(fftconvolve(dry, response)[: len(dry)]) / rms(dry)))
         assert abs(found[-1]) < near
     assert found == pytest.approx([found[0]] * 3, abs=1e-6), "whatever the level of the file"
@@ -145,8 +145,8 @@ def test_the_level_is_the_same_at_every_rate_and_in_every_format(tmp_path: Path,
     """Gains at a bass's frequencies: a response at another rate has other samples but the same gains."""
 
     def gains(rate: int, subtype: str) -> list[float]:
-        samples = filtered(rate, 70, 4000)
-        samples = played(given(tmp_path, samples / np.abs(samples).max(), rate, subtype, True))
+        samples = band_pass(rate, 70, 4000)
+        samples = play(given(tmp_path, samples / np.abs(samples).max(), rate, subtype, True))
         at = np.exp(-2j * np.pi * np.outer((60, 200, 1000), np.arange(len(samples))) / rate)
         return [decibels(float(each)) for each in np.abs(at @ samples)]
 
@@ -155,15 +155,15 @@ def test_the_level_is_the_same_at_every_rate_and_in_every_format(tmp_path: Path,
 
 def test_one_sample_is_no_change_and_high_notes_alone_are_not_made_a_scream(tmp_path: Path) -> None:
     for rate in (8000, RATE, 192_000):
-        assert played(given(tmp_path, np.array([0.0, -0.003, 0.0]), rate, normalized=True)) == pytest.approx([-1.0])
-    high = played(given(tmp_path, filtered(RATE, 15_000, 16_000), normalized=True))
+        assert play(given(tmp_path, np.array([0.0, -0.003, 0.0]), rate, normalized=True)) == pytest.approx([-1.0])
+    high = play(given(tmp_path, band_pass(RATE, 15_000, 16_000), normalized=True))
     assert np.abs(np.fft.rfft(high, 1 << 16)).max() < 100
-    assert len(played(given(tmp_path, np.full(9000, 0.5), normalized=True))) == 9000
+    assert len(play(given(tmp_path, np.full(9000, 0.5), normalized=True))) == 9000
 
 
 def test_level_by_key_and_by_option(tmp_path: Path, run: Run) -> None:
     """A preset's response keeps the file's level unless the preset says otherwise; --response is normalized."""
-    quiet = 0.001 * filtered(RATE, 70, 5000)
+    quiet = 0.001 * band_pass(RATE, 70, 5000)
     soundfile.write(tmp_path / "cab.wav", quiet, RATE, subtype="DOUBLE")
 
     def preset(*lines: str) -> Path:

@@ -16,7 +16,7 @@ from livebass import load_preset, preset_names
 from livebass.plugin.instrument import image_digest
 from livebass.preset import revisions
 from livebass.preset.load import _as_shipped, laboratory_names, own_tables, preset_source, preset_tables, preset_text
-from livebass.preset.source import PresetError, shipped
+from livebass.preset.source import PresetError, shipped_folder
 
 NAMES = [*preset_names(), *laboratory_names()]
 EARLIER = {"neck.relief": "0.5 mm", "string.0.level": 0.9, "pick.lift": None, "player.hardest": 2.5}
@@ -112,21 +112,21 @@ def test_the_command_lists_and_plays_them(second: None, run: Run, tmp_path: Path
 def test_the_tool_gives_a_changed_preset_its_next_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Presets like it, too; comments and descriptions give none."""
     revise = load("revise")
-    kept: dict[str, Any] = json.loads((shipped() / revisions.FILE).read_text("utf-8"))
-    assert revise.revised(kept, shipped(), NAMES) == []
+    kept: dict[str, Any] = json.loads((shipped_folder() / revisions.FILE).read_text("utf-8"))
+    assert revise.revised(kept, shipped_folder(), NAMES) == []
     before = {name: preset_tables(name)[1] for name in NAMES}
     changed = json.loads(json.dumps(before))
     changed["slap"]["neck"]["relief"] = "0.35 mm"
     changed["muted"]["description"] = "another one"
     changed["new"] = changed["slap"]
     monkeypatch.setattr(revise, "preset_tables", lambda name: (name, changed[name]))
-    assert revise.revised(kept, shipped(), [*NAMES, "new"]) == ["slap@2: neck.relief", "new@1"]
+    assert revise.revised(kept, shipped_folder(), [*NAMES, "new"]) == ["slap@2: neck.relief", "new@1"]
     assert kept["slap"]["before"]["1"]["changed"] == {"neck.relief": before["slap"]["neck"]["relief"]}
     monkeypatch.setattr(revisions, "revisions", lambda: kept)
     assert revisions.earlier("slap", 1, changed["slap"]) == before["slap"]
     changed["slap"]["neck"]["relief"] = "0.45 mm"
     with pytest.raises(SystemExit, match="is not as its revision 2 there"):
-        revise.revised(kept, shipped(), NAMES)
+        revise.revised(kept, shipped_folder(), NAMES)
 
 
 def test_own_tables_of_an_earlier_one_are_whole(second: None) -> None:

@@ -10,7 +10,7 @@ import pytest
 from support.command import Run
 
 from livebass import load_preset
-from livebass.model.bench import changed
+from livebass.model.bench import change_bass
 from livebass.model.instrument import Instrument
 from livebass.preset.build import PresetError
 from livebass.preset.keys import KEYS
@@ -26,14 +26,14 @@ def test_each_parameter_that_a_sound_keeps_is_a_key() -> None:
     wanted = {p.symbol for p in PARAMETER_ROWS.values() if p.group != "Processor" and p.symbol != "bass"}
     keys = {key.name: key for key in KEYS if key.section in ("bench", "plugin")}
     assert keys.keys() == wanted and {name for name in keys if keys[name].section == "bench"} == SLIDER_ROWS.keys()
-    assert all(float(key.least) <= 0 < float(key.most) and key.default is None for key in keys.values())
+    assert all(float(key.minimum) <= 0 < float(key.maximum) and key.default is None for key in keys.values())
 
 
 def test_the_sliders_change_what_the_other_sections_say(tmp_path: Path) -> None:
     text = 'like = "slap"\ncapo = 2\n[neck]\ncontact_loss = "90 N s/m"\n[bench]\n'
     plain = of(tmp_path, text)
     made = of(tmp_path, text + "gauge = 10\nwear = 50.004\ncontact_loss = 100\n[plugin]\ngain = -3\n")
-    assert made == changed(replace(plain, played=(("gain", -3.0),)), {"gauge": 10, "wear": 50, "contact_loss": 100})
+    assert made == change_bass(replace(plain, played=(("gain", -3.0),)), {"gauge": 10, "wear": 50, "contact_loss": 100})
     assert made.necks[0].contact_loss == 180.0
     assert of(tmp_path, text + "action = -1\n") == plain  # with a capo heights stay
 
@@ -41,7 +41,7 @@ def test_the_sliders_change_what_the_other_sections_say(tmp_path: Path) -> None:
 def test_a_preset_that_is_like_one_with_sliders_has_them(tmp_path: Path) -> None:
     of(tmp_path, 'like = "slap"\n[bench]\ngauge = 10\nwear = 50\n', "other.toml")
     made = of(tmp_path, 'like = "other.toml"\n[bench]\nwear = 0\naction = -0.5\n')
-    assert made == changed(load_preset("slap"), {"gauge": 10, "action": -0.5})
+    assert made == change_bass(load_preset("slap"), {"gauge": 10, "action": -0.5})
 
 
 @pytest.mark.parametrize(

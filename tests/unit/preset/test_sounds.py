@@ -9,7 +9,7 @@ from support.costs import quick
 
 from livebass import QUALITIES, load_preset, preset_names, score_of
 from livebass.engine.engine import Engine, single
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.preset.load import preset_text
 from livebass.preset.sounds import sound_names, sound_text, sound_title, sound_values, sounds_of
 from livebass.rows.arrays import Floats
@@ -32,25 +32,25 @@ def test_thirty_sounds_are_presets_with_names_of_their_own() -> None:
         assert preset_text(name).startswith(sound_text(name).rstrip("\n"))
         for symbol, value in sound_values(name).items():
             row = PARAMETER_ROWS[symbol]
-            assert row.least <= value <= row.most and value != row.usual, (name, symbol)
+            assert row.minimum <= value <= row.maximum and value != row.default, (name, symbol)
             assert symbol in SLIDER_ROWS or symbol in dict(bass.played) or getattr(bass.effects, symbol)
 
 
 @pytest.mark.parametrize("name", quick(sound_names(), sound_names()[::5]))
 def test_a_medium_line_is_as_loud_as_in_all_sounds(name: str) -> None:
-    sound = played(name)
+    sound = play(name)
     meter = LoudnessMeter(RATE)
     meter.add(sound.astype(np.float32))
     assert np.isfinite(sound).all() and np.abs(sound).max() < 1.0
     assert abs(meter.loudness() - LEVEL) < APART
 
 
-def played(name: str) -> Floats:
+def play(name: str) -> Floats:
     """The medium line with effects and gain."""
     bass = load_preset(name)
     made, out = Engine(bass, QUALITIES["live"], RATE), []
     for strings, mix in made.play_with_mix(score_of(LINE, RATE), 0.3):
-        out.append(mixed(single(strings)) if mix is None else mix)
+        out.append(mix_strings(single(strings)) if mix is None else mix)
     return np.asarray(np.concatenate(out) * 10 ** (dict(bass.played).get("gain", 0.0) / 20), np.float64)
 
 

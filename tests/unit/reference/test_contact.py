@@ -14,9 +14,9 @@ from livebass.lab.reference.laws import (
     contact_force,
     contacts,
     law_force,
+    lost_energy,
     potential,
     solve_forces,
-    taken,
 )
 
 
@@ -64,7 +64,7 @@ def test_contact_that_loses_takes_its_part_of_the_work(
     r = after - before
     force, slope = law_force(CONTACT, before, r, 1e13, exponent, loss)
     elastic = contact_force(before, r, 1e13, exponent)[0]
-    gone = taken(CONTACT, force, before, after, 1e13, exponent, loss)
+    gone = lost_energy(CONTACT, force, before, after, 1e13, exponent, loss)
     if 1 + loss * r > 0:
         assert force == pytest.approx(elastic * (1 + loss * r), rel=1e-12)
         assert gone == pytest.approx(elastic * loss * r * r, rel=1e-9) and gone > 0

@@ -27,14 +27,14 @@ def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(playing, "YIELDING", 0)
 
 
-def damped(s: Modal, fingers: list[Finger]) -> Floats:
+def damp(s: Modal, fingers: list[Finger]) -> Floats:
     """d/dt (q, v) of a string under permanent fingers."""
     rows = [s.shape(finger.place, finger.width) for finger in fingers]
     damping = sum(finger.resistance * np.outer(row, row) for finger, row in zip(fingers, rows, strict=True))
     return s.matrix(np.asarray(damping), np.zeros((s.k.size, s.k.size)))
 
 
-def settled(place: float, resistance: float, width: float = 5e-3) -> Finger:
+def settle(place: float, resistance: float, width: float = 5e-3) -> Finger:
     """A finger that lies on the string from the first step on."""
     return Finger(place, resistance, width, landing=0.0)
 
@@ -46,10 +46,10 @@ def tiny(rate: float) -> Trial:
 @pytest.mark.parametrize(
     "fingers",
     [
-        [settled(0.15, 0.3)],
-        [settled(0.15, 3.0, 0.0)],
-        [settled(0.07, 30.0)],
-        [settled(0.288, 1.0), settled(0.275, 1.0), settled(0.262, 1.0)],
+        [settle(0.15, 0.3)],
+        [settle(0.15, 3.0, 0.0)],
+        [settle(0.07, 30.0)],
+        [settle(0.288, 1.0), settle(0.275, 1.0), settle(0.262, 1.0)],
     ],
     ids=["node", "point", "firm", "palm"],
 )
@@ -57,7 +57,7 @@ def tiny(rate: float) -> Trial:
 def test_the_motion_is_that_of_the_continuous_system(fingers: list[Finger]) -> None:
     """Of second order in the time step, and within 2e-5 of the peak at 1.6 MHz, without other losses."""
     s = modal(tiny(1e5).speaking, 23, lossless=True)
-    matrix, times = damped(s, fingers), np.arange(tiny(1e5).samples) / 1e4
+    matrix, times = damp(s, fingers), np.arange(tiny(1e5).samples) / 1e4
     errors = []
     for rate in (1e5, 2e5, 4e5, 16e5):
         played = play(tiny(rate), fingers, frets=False)
@@ -76,9 +76,9 @@ def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
     """The first 5 eigenmodes of a G string under a finger at its third, each released alone."""
     count, rate = 60, 4e5
     s = on_grid(bare_string(), count + 1)
-    finger = settled(s.length / 3.1, resistance)
+    finger = settle(s.length / 3.1, resistance)
     string = modal(s, count)
-    values, vectors = np.linalg.eig(damped(string, [finger]))
+    values, vectors = np.linalg.eig(damp(string, [finger]))
     slowest = [k for k in np.argsort(values.imag) if values[k].imag > 0][:5]
     for k in slowest:
         trial = Trial(s, Pluck(0.0, s.length / 2), count, rate, 8000.0, 0.01, s.length / 5, states=(80,))
@@ -88,8 +88,8 @@ def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
         played = play(trial, [finger], frets=False, begin=np.array([begin]))
         assert played.states is not None
         expected = (state * np.exp(values[k] * (0.01 + 0.5 / rate))).real[:count]
-        least = 0.1 * amplitude * np.abs(vectors[:count, k]).max()
-        error = np.abs(played.states[0, 0, 0] - expected).max() / max(np.abs(expected).max(), least)
+        minimum = 0.1 * amplitude * np.abs(vectors[:count, k]).max()
+        error = np.abs(played.states[0, 0, 0] - expected).max() / max(np.abs(expected).max(), minimum)
         assert error < 1e-3, f"{values[k]:.1f}: {error:.1e}"
 
 
@@ -112,12 +112,12 @@ def test_a_finger_takes_what_it_resists() -> None:
 def test_a_firm_finger_clamps_and_a_wide_one_spares_short_waves() -> None:
     def left(resistance: float, width: float) -> Floats:
         trial = strings.tiny(contact_rate=4e5, output_rate=1e4, duration=SECONDS)
-        return play(trial, [settled(0.1, resistance, width)], frets=False).balance.stored_j[[0, -1]]
+        return play(trial, [settle(0.1, resistance, width)], frets=False).balance.stored_j[[0, -1]]
 
     soft, firm, clamped = (left(r, 1e-3)[1] for r in (0.01, 1.0, 1e4))
     assert firm < soft and firm < clamped
     trial = strings.tiny()
-    shape = hand_shape(trial, settled(0.1, 1.0, 0.02), 23)
+    shape = hand_shape(trial, settle(0.1, 1.0, 0.02), 23)
     assert np.abs(shape[20:]).max() < 1e-3 * np.abs(shape).max()
 
 

@@ -23,17 +23,17 @@ def test_friction_solves_eq_7(seed: int) -> None:
     points = int(rng.integers(1, 9))
     root = rng.standard_normal((points, points))
     coupling = 1e-14 * (root @ root.T + 0.1 * np.eye(points))
-    most, delta = 10 ** rng.uniform(0, 4), 10 ** rng.uniform(-14, -10)
+    maximum, delta = 10 ** rng.uniform(0, 4), 10 ** rng.uniform(-14, -10)
     wanted = rng.standard_normal(points) * 10 ** rng.uniform(-13, -9)
     touching = rng.choice([-1e-6, 1e-6], points)
     force = np.full(points, np.nan)
-    assert solve_friction(coupling, wanted, touching, most, delta, force)
+    assert solve_friction(coupling, wanted, touching, maximum, delta, force)
     assert not force[touching <= 0].any()
     w = wanted + coupling @ force
     held = touching > 0
-    law = np.array([-most * sat(x / delta) for x in w])
+    law = np.array([-maximum * sat(x / delta) for x in w])
     # where sat is steep the law magnifies the rounding of w
-    assert np.abs(law - force)[held].max(initial=0.0) <= 1e-9 * most + most * 1e-14 * np.abs(wanted).max() / delta
+    assert np.abs(law - force)[held].max(initial=0.0) <= 1e-9 * maximum + maximum * 1e-14 * np.abs(wanted).max() / delta
 
 
 def test_v_swings_freely_where_nothing_touches() -> None:

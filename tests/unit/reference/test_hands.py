@@ -11,7 +11,7 @@ from support import strings
 from support.strings import oblique
 
 from livebass.lab.reference import playing
-from livebass.lab.reference.hands import Finger, Hand, Mass, Stop, hammer, held, landing, lift
+from livebass.lab.reference.hands import Finger, Hand, Mass, Stop, hammer, hold_still, landing, lift
 from livebass.lab.reference.playing import Played, play
 from livebass.lab.reference.solver import solve
 from livebass.model import modes
@@ -26,7 +26,7 @@ FINGERS = (
 STOPS = (
     Stop(0.08, landing(-0.4e-3, 2e-3), start=4e-3, end=20e-3, across=landing(0.0, 1e-3)),
     Stop(0.04, hammer(-0.3e-3, 1.0), start=6e-3, side=1),
-    Stop(0.12, held(-0.6e-3), end=9e-3, side=-1, stiffness=1e6),
+    Stop(0.12, hold_still(-0.6e-3), end=9e-3, side=-1, stiffness=1e6),
 )
 MASSES = (
     Mass(0.2, 2.0, start=3e-3, force=lift(1.5, 3e-3), end=24e-3),
@@ -175,11 +175,11 @@ def test_the_second_polarisation_moves_as_the_first_without_frets() -> None:
 def test_friction_that_never_slides_is_a_finger_on_a_fret() -> None:
     """With frets in permanent contact, eq. 7 below its speed s is a dashpot of A dx / s, whatever else is held."""
     trial = strings.tiny(stiffness=1e5, duration=0.01, lossless=True)
-    most, speed = 500.0, 10.0
-    s = dataclasses.replace(trial.speaking, contact_height=(1e-6,) * 3, friction=most, friction_speed=speed)
+    maximum, speed = 500.0, 10.0
+    s = dataclasses.replace(trial.speaking, contact_height=(1e-6,) * 3, friction=maximum, friction_speed=speed)
     trial = oblique(dataclasses.replace(trial, speaking=s), math.pi / 2, 3e-3)
-    hands: list[Hand] = [FINGERS[0], dataclasses.replace(STOPS[0], path=held(0.0), side=1)]
-    fingers = [Finger(x, most * s.step / speed, width=0.0, landing=0.0) for x in s.contact_position]
+    hands: list[Hand] = [FINGERS[0], dataclasses.replace(STOPS[0], path=hold_still(0.0), side=1)]
+    fingers = [Finger(x, maximum * s.step / speed, width=0.0, landing=0.0) for x in s.contact_position]
     rubbed, held_down = play(trial, hands), play(trial, [*hands, *fingers], frets=False)
     assert rubbed.across_m is not None and held_down.across_m is not None
     np.testing.assert_allclose(rubbed.across_m, held_down.across_m, rtol=0, atol=1e-12)
@@ -216,11 +216,11 @@ def test_a_string_goes_on_from_its_state(angle: float) -> None:
     assert whole.states is not None
     later = dataclasses.replace(hands[1], start=2e-3)
     rest = play(dataclasses.replace(trial, duration=0.01), [later], begin=whole.states[0])
-    most = np.abs(whole.displacement_m).max()
-    np.testing.assert_allclose(rest.displacement_m, whole.displacement_m[:, 400:], rtol=0, atol=1e-10 * most)
+    maximum = np.abs(whole.displacement_m).max()
+    np.testing.assert_allclose(rest.displacement_m, whole.displacement_m[:, 400:], rtol=0, atol=1e-10 * maximum)
     if angle:
         assert rest.across_m is not None and whole.across_m is not None
-        np.testing.assert_allclose(rest.across_m, whole.across_m[:, 400:], rtol=0, atol=1e-10 * most)
+        np.testing.assert_allclose(rest.across_m, whole.across_m[:, 400:], rtol=0, atol=1e-10 * maximum)
 
 
 def test_same_hands_same_bits() -> None:
@@ -238,8 +238,8 @@ def test_same_hands_same_bits() -> None:
         (lambda: Finger(0.1, -1.0), "resistance"),
         (lambda: Finger(0.1, 1.0, start=2.0, end=1.0), "end"),
         (lambda: Finger(0.1, 1.0, width=math.nan), "width"),
-        (lambda: Stop(0.1, held(0.0), side=2), "side"),
-        (lambda: Stop(0.1, held(0.0), stiffness=-1.0), "stiffness"),
+        (lambda: Stop(0.1, hold_still(0.0), side=2), "side"),
+        (lambda: Stop(0.1, hold_still(0.0), stiffness=-1.0), "stiffness"),
         (lambda: Mass(0.1, 1.0, mass=0.0), "Mass"),
         (lambda: Mass(0.1, 1.0, exponent=0.5), "exponent"),
         (lambda: play(rough(), [Finger(0.4, 1.0)]), "place of a Finger must be between 0 and 300 mm, not 400 mm"),

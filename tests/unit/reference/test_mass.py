@@ -20,12 +20,12 @@ from livebass.preset.load import load_preset
 from livebass.rows.arrays import Floats
 
 
-def grown(time: Floats) -> Floats:
+def growth(time: Floats) -> Floats:
     """A force (N) that grows smoothly from 2 to 6 ms, to show the order of convergence."""
     return 6 * np.sin(math.pi / 2 * np.clip((time - 2e-3) / 4e-3, 0, 1)) ** 2
 
 
-THUMB = Mass(0.2, 1.5, mass=8e-3, stiffness=3e5, height=4e-3, width=4e-3, loss=0.5, force=grown)
+THUMB = Mass(0.2, 1.5, mass=8e-3, stiffness=3e5, height=4e-3, width=4e-3, loss=0.5, force=growth)
 
 
 def equations_of_motion(trial: Trial, thumb: Mass, step: float, every: int) -> tuple[Floats, Floats]:
@@ -110,13 +110,15 @@ def slap(speed: float, modes: int = 400, rate: float = 384e3, lossless: bool = F
     return play(trial, [Mass(0.7 * s.length, speed, **values)])
 
 
-@pytest.mark.parametrize("speed, least, most, force", [(2.0, 6.0, 6.5, 30), (3.5, 5.2, 5.7, 60)])
-def test_a_thumb_is_on_the_string_for_some_milliseconds(speed: float, least: float, most: float, force: float) -> None:
+@pytest.mark.parametrize("speed, minimum, maximum, force", [(2.0, 6.0, 6.5, 30), (3.5, 5.2, 5.7, 60)])
+def test_a_thumb_is_on_the_string_for_some_milliseconds(
+    speed: float, minimum: float, maximum: float, force: float
+) -> None:
     """It presses the string on the frets, and leaves by itself, as fast as it can."""
     played = slap(speed)
     pressing = -played.hand_force_n[0]
     touching = np.flatnonzero(pressing > 0) / 48
-    assert least < touching[-1] < most and touching[0] < 0.1
+    assert minimum < touching[-1] < maximum and touching[0] < 0.1
     assert np.diff(touching).max() < 0.03, "one contact"
     assert pressing.max() == pytest.approx(force, rel=0.03)
     assert played.contact_step.size > 50

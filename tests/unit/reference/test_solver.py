@@ -126,7 +126,7 @@ def plain_modes(trial: Trial, phi: Floats, across: bool) -> tuple[Floats, Floats
     return one, two, phi @ q, phi @ (q * np.exp(sigma * dt) * swing)
 
 
-def bisected(law: Callable[[float], float], low: float, high: float) -> float:
+def bisect(law: Callable[[float], float], low: float, high: float) -> float:
     """The x between `low` and `high` with law(x) = x; law falls."""
     for _ in range(70):
         middle = (low + high) / 2
@@ -181,14 +181,14 @@ def plain_solution(trial: Trial) -> tuple[Floats, Floats, list[tuple[int, int]]]
             after = height[m] - below - both[m, m] * f
             return quotient(after, eta_before[m]) * max(0.0, 1 + s.contact_loss * (after - eta_before[m]) / (2 * dt))
 
-        return bisected(pushed, 0.0, pushed(0.0) + 1e-30)
+        return bisect(pushed, 0.0, pushed(0.0) + 1e-30)
 
     def friction(m: int, place: float) -> float:
         def rubbed(f: float) -> float:
             speed = (place + both[m, m] * f - at_before[m]) / (2 * dt)
             return -s.friction * min(max(speed / s.friction_speed, -1.0), 1.0)
 
-        return bisected(rubbed, -s.friction, s.friction)
+        return bisect(rubbed, -s.friction, s.friction)
 
     one, two, u, u_before = plain_modes(trial, phi, across=False)
     one_v, two_v, v, v_before = plain_modes(trial, phi, across=True)

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support import strings
-from support.modal import Modal, bare_string, from_rest, hammered, handover, modal, shortened, third_octaves
+from support.modal import Modal, bare_string, from_rest, hammer_string, handover, modal, shorten, third_octaves
 
 from livebass.lab.reference import playing
-from livebass.lab.reference.hands import Finger, Path, Stop, follow, hammer, held, landing
+from livebass.lab.reference.hands import Finger, Path, Stop, follow, hammer, hold_still, landing
 from livebass.lab.reference.playing import Played, play
 from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Pluck
@@ -63,7 +63,7 @@ def with_spring(s: Modal, stop: Stop) -> Floats:
 @pytest.mark.parametrize("stiffness", [1e3, 1e5])
 def test_a_spring_is_solved_to_second_order(stiffness: float) -> None:
     """A stop that holds the string in place, against the eigenvalues of the string with that spring."""
-    stop = Stop(0.11, held(0.0), stiffness=stiffness)
+    stop = Stop(0.11, hold_still(0.0), stiffness=stiffness)
 
     def trial(rate: float) -> Trial:
         return strings.tiny(contact_rate=rate, output_rate=1e4, duration=0.01, lossless=True)
@@ -91,12 +91,12 @@ def test_one_sided_stop_under_the_string_is_a_fret() -> None:
         contact_height=s.contact_height[::2],
     )  # fmt: skip
     fret = solve(trial)
-    stop = Stop(place, held(height), stiffness=1e9 * s.step, side=-1)
+    stop = Stop(place, hold_still(height), stiffness=1e9 * s.step, side=-1)
     played = play(dataclasses.replace(trial, speaking=fewer), [stop])
-    most = np.abs(fret.displacement_m).max()
-    np.testing.assert_allclose(played.displacement_m[0], fret.displacement_m, rtol=0, atol=1e-10 * most)
+    maximum = np.abs(fret.displacement_m).max()
+    np.testing.assert_allclose(played.displacement_m[0], fret.displacement_m, rtol=0, atol=1e-10 * maximum)
     assert played.hand_force_n.max() > 1 and played.hand_force_n.min() >= 0
-    pressing = play(trial, [Stop(place, held(0.3e-3), side=1, stiffness=1e6)])
+    pressing = play(trial, [Stop(place, hold_still(0.3e-3), side=1, stiffness=1e6)])
     assert pressing.hand_force_n.min() < -1 and pressing.hand_force_n.max() <= 0
 
 
@@ -131,7 +131,7 @@ class Stroke:
     def lengths(self, count: int) -> tuple[Modal, Modal]:
         """The string in `count` modes, and its rest beyond the stop."""
         long = modal(self.trial.speaking, count)
-        return long, shortened(long, self.place, round(count * (1 - self.place / long.length)))
+        return long, shorten(long, self.place, round(count * (1 - self.place / long.length)))
 
 
 def polygon(path: Path) -> Path:
@@ -151,7 +151,7 @@ def hammer_on(stroke: Stroke, path: Path, stiffness: float = 1e8) -> tuple[Playe
     q, v = long.after(initial_amplitudes(trial), np.zeros(stroke.modes), stroke.quiet)
     stop = Stop(stroke.place, path, stiffness=stiffness)
     played = play(trial, [stop, *stroke.fingers], frets=False, begin=np.array([[q, v]]))
-    return played, *hammered(long, short, q, v, path, trial.sensor, trial.samples, RATE)
+    return played, *hammer_string(long, short, q, v, path, trial.sensor, trial.samples, RATE)
 
 
 def assert_alike(played: Played, velocity: Floats, mean: float, worst: float, within: float, depth: float = 50) -> None:
@@ -232,7 +232,7 @@ def pull_off(stroke: Stroke, height: float, hold: float = 5e-3) -> tuple[Played,
     straight *= (long.natural[0] / long.k[0] * long.k / long.natural) ** 2
     q = short.shape(0.6 * short.length) / short.k**2 * 5e-3 * np.exp(-((short.k * 5e-3) ** 2) / 2)
     played = play(
-        trial, [Stop(stroke.place, held(height), end=hold)], frets=False,
+        trial, [Stop(stroke.place, hold_still(height), end=hold)], frets=False,
         begin=np.array([[over.T @ q + straight, np.zeros(stroke.modes)]]),
     )  # fmt: skip
     x, pace = short.after(q, np.zeros(q.size), hold)

@@ -6,7 +6,7 @@ import json
 
 from support.choices import digests
 from support.plain import in_plain_python
-from support.songs import damaged, made
+from support.songs import damaged, make
 
 from livebass.compiling import PLAIN
 
@@ -20,7 +20,7 @@ PINNED = [
 
 def test_the_same_is_chosen_as_before() -> None:
     """The digests are of another rule, in Python, with which this one agreed; its faults are mended in them."""
-    files = (file for seed in range(FILES) for file in (made(seed).data, damaged(seed)))
+    files = (file for seed in range(FILES) for file in (make(seed).data, damaged(seed)))
     assert digests(files, TOGETHER) == PINNED
 
 
@@ -30,7 +30,7 @@ def test_plain_kernels_choose_the_same() -> None:
 
 def few() -> list[str]:
     """Digests of what is chosen from some made-up and damaged files."""
-    return digests([file for seed in FEW for file in (made(seed).data, damaged(seed))], 1)
+    return digests([file for seed in FEW for file in (make(seed).data, damaged(seed))], 1)
 
 
 if __name__ == "__main__":

@@ -177,7 +177,7 @@ def test_a_program_after_the_first_note_is_its_program(tmp_path: Path) -> None:
 # ---- harmless damage
 
 
-def damaged(data: bytes, at: int, new: bytes) -> bytes:
+def damage(data: bytes, at: int, new: bytes) -> bytes:
     return data[:at] + new + data[at + len(new) :]
 
 
@@ -188,17 +188,17 @@ HIGH = (0, (0xB1, 7, 0xFF))  # a data byte above 0x7F
 
 DAMAGE = {
     # name: (bytes, the only warning's text)
-    "header promises fewer": (damaged(GOOD, 10, b"\x00\x01"), "has 2 tracks, not 1"),
-    "header promises none": (damaged(GOOD, 10, b"\x00\x00"), "has 2 tracks, not 0"),
-    "track claims 5 bytes more": (damaged(GOOD, FIRST_LENGTH, (len(PIANO) + 5).to_bytes(4)), "5 bytes shorter"),
-    "track claims all bytes": (damaged(GOOD, FIRST_LENGTH, b"\x7f\xff\xff\xff"), "bytes shorter"),
+    "header promises fewer": (damage(GOOD, 10, b"\x00\x01"), "has 2 tracks, not 1"),
+    "header promises none": (damage(GOOD, 10, b"\x00\x00"), "has 2 tracks, not 0"),
+    "track claims 5 bytes more": (damage(GOOD, FIRST_LENGTH, (len(PIANO) + 5).to_bytes(4)), "5 bytes shorter"),
+    "track claims all bytes": (damage(GOOD, FIRST_LENGTH, b"\x7f\xff\xff\xff"), "bytes shorter"),
     "track claims the next one": (
-        damaged(GOOD, FIRST_LENGTH, (len(GOOD) - FIRST_LENGTH - 4).to_bytes(4)), "bytes shorter",
+        damage(GOOD, FIRST_LENGTH, (len(GOOD) - FIRST_LENGTH - 4).to_bytes(4)), "bytes shorter",
     ),
-    "track claims 9 bytes less": (damaged(GOOD, FIRST_LENGTH, (len(PIANO) - 9).to_bytes(4)), "9 bytes longer"),
-    "track claims nothing": (damaged(GOOD, FIRST_LENGTH, bytes(4)), "bytes longer"),
+    "track claims 9 bytes less": (damage(GOOD, FIRST_LENGTH, (len(PIANO) - 9).to_bytes(4)), "9 bytes longer"),
+    "track claims nothing": (damage(GOOD, FIRST_LENGTH, bytes(4)), "bytes longer"),
     "track without an end claims too much": (
-        damaged(smf(PIANO[:-4], BASS_TRACK), FIRST_LENGTH, (len(PIANO)).to_bytes(4)), "4 bytes shorter",
+        damage(smf(PIANO[:-4], BASS_TRACK), FIRST_LENGTH, (len(PIANO)).to_bytes(4)), "4 bytes shorter",
     ),
     "stray bytes between tracks": (GOOD[:SECOND] + bytes(7) + GOOD[SECOND:], "stray bytes"),
     "a line's end between tracks": (GOOD[:SECOND] + b"\r\n" + GOOD[SECOND:], "stray bytes"),
@@ -461,7 +461,7 @@ def test_a_name_tells_what_bytes_do_not(tmp_path: Path) -> None:
 # ---- one instrument over several channels, without a mode
 
 
-def stringed(base: int, low_first: bool = False, length: int = 235) -> Rows:
+def string_line(base: int, low_first: bool = False, length: int = 235) -> Rows:
     """A line over four strings, a channel each, as a MIDI guitar's track has it after its modes are lost."""
     opens, rows = (43, 38, 33, 28), []
     for k, (string, fret) in enumerate(
@@ -485,8 +485,8 @@ def in_turn(channels: Sequence[int], length: int = 235) -> Rows:
 @pytest.mark.parametrize("kind", [0, 1])
 @pytest.mark.parametrize(
     "rows",
-    [stringed(0), stringed(10), stringed(0, low_first=True), stringed(0, length=255), in_turn((0, 1)),
-     [row for row in stringed(0) if row[1][0] & 15 > 1]],
+    [string_line(0), string_line(10), string_line(0, low_first=True), string_line(0, length=255), in_turn((0, 1)),
+     [row for row in string_line(0) if row[1][0] & 15 > 1]],
     ids=["highest first", "from channel 11", "lowest first", "legato", "two in turn", "two strings"],
 )  # fmt: skip
 def test_a_channel_a_string_without_a_mode_is_one_instrument(tmp_path: Path, rows: Rows, kind: int) -> None:
@@ -519,8 +519,8 @@ def test_a_band_on_the_channels_of_a_track_is_not_one_instrument(tmp_path: Path)
         score = read(tmp_path, smf(events(*sorted(rows, key=lambda row: row[0])), kind=0))
         assert struck(score) == list(LINE) and "in a bass's range" in score.remarks[0]
     for tracks in (
-        [events((0, (0xC0, 0)), *stringed(0))],
-        [events(*stringed(0)), events(*line(0, (84, 86)))],
+        [events((0, (0xC0, 0)), *string_line(0))],
+        [events(*string_line(0)), events(*line(0, (84, 86)))],
     ):
         (remark,) = read(tmp_path, smf(*tracks)).remarks
         assert "in a bass's range" in remark

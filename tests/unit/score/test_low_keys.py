@@ -76,7 +76,7 @@ NO_SWITCHES: dict[str, Rows] = {
 }  # fmt: skip
 
 
-def shifted(rows: Rows) -> Rows:
+def shift(rows: Rows) -> Rows:
     return [
         (tick + 100 if message[0] & 0xF0 != 0xC0 else tick, message) for tick, message in [*line(30, 28, 33, 35), *rows]
     ]
@@ -84,15 +84,15 @@ def shifted(rows: Rows) -> Rows:
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_key_switches_of_another_instrument_are_left_out(tmp_path: Path, name: str) -> None:
-    fitted = with_low_notes(read(tmp_path, shifted(FOREIGN[name])), load_preset("jazz-finger"))
-    alone = read(tmp_path, shifted([]))
+    fitted = with_low_notes(read(tmp_path, shift(FOREIGN[name])), load_preset("jazz-finger"))
+    alone = read(tmp_path, shift([]))
     assert fitted.left_out == len(FOREIGN[name]) // 2 and fitted.notes == alone.notes == 4
     assert np.array_equal(fitted.messages, alone.messages) and np.array_equal(fitted.frames, alone.frames)
 
 
 @pytest.mark.parametrize("name", NO_SWITCHES)
 def test_notes_beyond_the_range_are_no_switches(tmp_path: Path, name: str) -> None:
-    score = read(tmp_path, shifted(NO_SWITCHES[name]))
+    score = read(tmp_path, shift(NO_SWITCHES[name]))
     assert with_low_notes(score, load_preset("jazz-finger")) is score
 
 

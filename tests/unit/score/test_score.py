@@ -17,7 +17,7 @@ from livebass import Quality, load_preset, render_to_array
 from livebass.kernels.score.memory import TIMED
 from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
-from livebass.score.score import Score, cleaned, score_of, single_note
+from livebass.score.score import Score, clean_events, score_of, single_note
 from livebass.score.smf import parse_smf
 from livebass.score.tracknames import decode, is_bass
 
@@ -105,7 +105,7 @@ def ends_of(strokes: list[tuple[int, bool, int]], end: int = 9000, rate: int = R
     rows = np.zeros(len(strokes), TIMED)
     for row, (frame, on, velocity) in zip(rows, strokes, strict=True):
         row["frame"], row["status"], row["first"], row["second"] = frame, 0x90 if on else 0x80, 40, velocity
-    ends = cleaned(rows, rate, end)
+    ends = clean_events(rows, rate, end)
     return [(row["frame"], row["second"]) for row in ends[ends["status"] == 0x80]]
 
 

@@ -6,7 +6,7 @@ import json
 import re
 
 from support.plain import in_plain_python
-from support.songs import damaged, digests, made
+from support.songs import damaged, digests, make
 
 from livebass.compiling import PLAIN
 from livebass.kernels.score import smf as codes
@@ -28,7 +28,7 @@ RARE = [
 def test_whole_files_have_the_messages_that_were_put_in() -> None:
     found = 0
     for seed in range(MADE):
-        data, kind, tracks = made(seed)
+        data, kind, tracks = make(seed)
         try:
             smf = parse_smf(data)
         except SmfError:
@@ -51,7 +51,7 @@ def test_each_error_and_remark_has_a_sentence_and_occurs() -> None:
     parts = range(codes.MESSAGE_DATA + 1)
     assert set(ERRORS) >= {*range(1, codes.NO_STATUS + 1), *(codes.CUT + part for part in parts)}
     assert set(REMARKS) == set(range(codes.PATTERNS + 1))
-    files = [b"", b"abc", *(made(seed).data for seed in range(MADE)), *map(damaged, range(DAMAGED))]
+    files = [b"", b"abc", *(make(seed).data for seed in range(MADE)), *map(damaged, range(DAMAGED))]
     said = "\n".join(line for data in files for line in lines(data))
     sentences = [text for of in (*ERRORS.values(), *REMARKS.values()) for text in ([of] if isinstance(of, str) else of)]
     assert [text for text in sentences if not re.search(f"^{pattern(text)}$", said, re.M)] == RARE
@@ -76,7 +76,7 @@ def test_plain_kernels_read_the_same() -> None:
 
 def few() -> list[str]:
     """Digests of some made-up and damaged files."""
-    return digests([file for seed in FEW for file in (made(seed).data, damaged(seed))], 1)
+    return digests([file for seed in FEW for file in (make(seed).data, damaged(seed))], 1)
 
 
 if __name__ == "__main__":

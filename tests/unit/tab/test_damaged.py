@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zipped
+from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zip_files
 
 from livebass.cli.hands import SOUND, Loader
 from livebass.files.kinds import is_tab
 from livebass.score.reading import ScoreError
 from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
-from livebass.tab.reading import Asked, arranged, table
+from livebass.tab.reading import TabRequest, arrange, table
 
 COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
 LONGEST = 5.0  # s
@@ -34,7 +34,7 @@ PIECE.bars[2].tempos.append(Tempo(F(0), 90.0, F(2)))
 NUMBERS = "0123456789-"
 
 
-def flipped(data: bytes, chance: random.Random) -> bytes:
+def flip(data: bytes, chance: random.Random) -> bytes:
     """Bytes changed, left out, doubled, or cut off."""
     out = bytearray(data)
     for _ in range(chance.choice((1, 1, 2, 5, 20))):
@@ -72,10 +72,10 @@ def miswritten(text: bytes, chance: random.Random) -> bytes:
 
 def files() -> dict[str, Callable[[random.Random], bytes]]:
     found: dict[str, Callable[[random.Random], bytes]] = {
-        kind: partial(flipped, write(PIECE)) for kind, write in WRITERS.items()
+        kind: partial(flip, write(PIECE)) for kind, write in WRITERS.items()
     }
     gpif, musicxml = as_gpif(PIECE), as_musicxml(PIECE)
-    found["gpif"] = lambda chance: zipped({"Content/score.gpif": miswritten(gpif, chance)})
+    found["gpif"] = lambda chance: zip_files({"Content/score.gpif": miswritten(gpif, chance)})
     found["xml"] = lambda chance: miswritten(musicxml, chance)
     return found
 
@@ -93,7 +93,7 @@ def test_damage_is_survived_or_said(kind: str) -> None:
             continue
         began = time.process_time()
         try:
-            arranged(data, Path("a.gp"), Asked(), load)
+            arrange(data, Path("a.gp"), TabRequest(), load)
             read += 1
         except ScoreError as error:
             assert "\n" not in str(error) and str(error).startswith("a.gp: "), error
@@ -104,10 +104,10 @@ def test_damage_is_survived_or_said(kind: str) -> None:
 def test_too_much_of_anything_is_refused() -> None:
     many = as_musicxml(tab(beats(note(0, 3)))).replace(b"</part>", b'<measure number="9"/>' * 6000 + b"</part>")
     with pytest.raises(ScoreError, match="has 6001 bars, more than 5000"):
-        arranged(many, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arrange(many, Path("a.xml"), TabRequest(), Loader(dict.fromkeys(SOUND)))
     nested = b"<score-partwise>" + b"<a>" * 50_000 + b"</a>" * 50_000 + b"</score-partwise>"
     with pytest.raises(ScoreError):
-        arranged(nested, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arrange(nested, Path("a.xml"), TabRequest(), Loader(dict.fromkeys(SOUND)))
 
 
 @pytest.mark.parametrize(
@@ -125,13 +125,13 @@ def test_too_much_of_anything_is_refused() -> None:
 def test_floods_and_endless_numbers_are_refused_at_once(piece: bytes, said: str) -> None:
     text = as_musicxml(tab(beats(note(0, 3)))).replace(b"</measure>", piece + b"</measure>")
     with pytest.raises(ScoreError, match=said) as error:
-        arranged(text, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arrange(text, Path("a.xml"), TabRequest(), Loader(dict.fromkeys(SOUND)))
     assert len(str(error.value)) < 200
 
 
 def test_a_bar_of_thirds_is_played() -> None:
     text = as_musicxml(tab(beats(note(0, 3)))).replace(b"<beat-type>4", b"<beat-type>3")
-    arranged(text, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+    arrange(text, Path("a.xml"), TabRequest(), Loader(dict.fromkeys(SOUND)))
 
 
 def test_of_a_whole_orchestra_only_the_bass_is_read() -> None:
@@ -146,17 +146,17 @@ def test_of_a_whole_orchestra_only_the_bass_is_read() -> None:
     text = text.replace("</part-list>", "<score-part id='V'><part-name>Violin</part-name></score-part></part-list>")
     text = text.replace("</score-partwise>", f"<part id='V'>{measure}</part></score-partwise>")
     load = Loader(dict.fromkeys(SOUND))
-    song = arranged(text.encode(), Path("a.xml"), Asked(), load)
+    song = arrange(text.encode(), Path("a.xml"), TabRequest(), load)
     assert [stroke.time for stroke in song.performance.strokes] == pytest.approx([0, 0.5, 1, 2]), (
         "a tempo of the violin"
     )
-    assert [row[5] for row in table(text.encode(), Path("a.xml"), Asked())] == ["notes", "4", "2"]
+    assert [row[5] for row in table(text.encode(), Path("a.xml"), TabRequest())] == ["notes", "4", "2"]
     with pytest.raises(ScoreError, match="only its basses, not track 2"):
-        arranged(text.encode(), Path("a.xml"), Asked("Violin"), load)
+        arrange(text.encode(), Path("a.xml"), TabRequest("Violin"), load)
 
 
 def test_a_bar_without_length_is_refused() -> None:
     piece = tab(beats(note(0, 3)))
     piece.bars[0].length = F(-1)
     with pytest.raises(ScoreError, match="bar 1 has -1 quarter notes"):
-        arranged(WRITERS["gp5"](piece), Path("a.gp5"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arrange(WRITERS["gp5"](piece), Path("a.gp5"), TabRequest(), Loader(dict.fromkeys(SOUND)))

@@ -22,7 +22,7 @@ ON, OFF, CONTROL = "note_on", "note_off", "control_change"
 Row = tuple[str, int, int, int]  # kind, channel, number, value
 
 
-def written(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[list[tuple[float, Row]], dict[str, int]]:
+def write(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[list[tuple[float, Row]], dict[str, int]]:
     """The messages (s, message) behind the mode, and what is left out."""
     performance = perform(piece, piece.tracks[0])
     midi, lacks = to_midi(performance, piece.bars, Strings(OPENS, frets, keys), [], 0.0)
@@ -40,7 +40,7 @@ def written(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[l
 
 
 def rows(piece: Tab, keys: dict[str, int] = KEYS) -> list[Row]:
-    return [row if row[0] != ON else (*row[:3], 1) for _, row in written(piece, keys)[0]]
+    return [row if row[0] != ON else (*row[:3], 1) for _, row in write(piece, keys)[0]]
 
 
 def test_each_string_has_its_channel_and_plucks_do_not_overlap() -> None:
@@ -65,7 +65,7 @@ def test_a_shift_slide_ends_its_note_before_the_stroke() -> None:
 def test_a_slide_from_a_long_note_is_slow_and_the_next_one_is_not() -> None:
     slides = {"slides": frozenset([LEGATO])}
     piece = tab([Beat(F(0), F(4), [note(1, 3, **slides)])], beats(note(1, 5, **slides), note(1, 12)))
-    found = [(at, row[2:]) for at, row in written(piece)[0] if row[2] == 19]
+    found = [(at, row[2:]) for at, row in write(piece)[0] if row[2] == 19]
     assert found == [(0.0, (19, 0)), (1.5, (19, 20)), (pytest.approx(2.5 - 7 * 0.022, abs=1e-4), (19, 0))]
 
 
@@ -81,7 +81,7 @@ def test_a_slide_from_a_long_note_is_slow_and_the_next_one_is_not() -> None:
     ],
 )  # fmt: skip
 def test_a_technique_holds_its_key_as_the_note_begins(signs: dict[str, object], key: str, sounds: int) -> None:
-    found, lacks = written(tab(beats(note(2, 5, **signs))))
+    found, lacks = write(tab(beats(note(2, 5, **signs))))
     assert [row[:3] for _, row in found] == [
         (ON, 1, KEYS[key]), (ON, 1, 38 + sounds), (OFF, 1, KEYS[key]), (OFF, 1, 38 + sounds),
     ]  # fmt: skip
@@ -102,7 +102,7 @@ def test_a_map_without_a_key_plays_what_it_can_and_counts() -> None:
         beats(note(3, 9, slides=frozenset([OUT_UP]))),
     )
     keys = {"harmonic": 17}
-    found, lacks = written(piece, keys)
+    found, lacks = write(piece, keys)
     assert lacks == {"pop on a low string": 1, "ghost": 1, "harmonic other than the octave": 1}
     assert (CONTROL, 0, 106, 85) in [row for _, row in found]
     assert [row[2] for _, row in found if row[0] == ON and row[1] == 2] == [38, 17, 33 + SEMITONES[4], 17, 38]
@@ -110,7 +110,7 @@ def test_a_map_without_a_key_plays_what_it_can_and_counts() -> None:
 
 
 def test_a_slide_off_releases_the_note_under_its_key() -> None:
-    found = [row[:3] for _, row in written(tab(beats(note(1, 9, slides=frozenset([OUT_DOWN])))))[0]]
+    found = [row[:3] for _, row in write(tab(beats(note(1, 9, slides=frozenset([OUT_DOWN])))))[0]]
     assert found == [(ON, 2, 42), (ON, 2, 119), (OFF, 2, 42), (OFF, 2, 119)]
 
 
@@ -121,7 +121,7 @@ def test_pick_directions_hold_their_keys() -> None:
 
 
 def test_a_bend_moves_the_strings_own_wheel_and_the_next_note_is_straight() -> None:
-    found, _ = written(tab(beats(note(2, 5, bend=((0.0, 0.0), (0.5, 2.0), (1.0, 2.0))), note(2, 5))))
+    found, _ = write(tab(beats(note(2, 5, bend=((0.0, 0.0), (0.5, 2.0), (1.0, 2.0))), note(2, 5))))
     wheel = [(at, row[3]) for at, row in found if row[0] == "pitchwheel"]
     assert {row[1] for _, row in found if row[0] == "pitchwheel"} == {1}
     assert wheel[-1] == (0.5, 0) and wheel[-2][1] == round(2 / 12 * 8191)
@@ -131,7 +131,7 @@ def test_a_bend_moves_the_strings_own_wheel_and_the_next_note_is_straight() -> N
 def test_a_fade_moves_the_strings_own_expression() -> None:
     fading = beats(note(2, 5), note(2, 5))
     fading[0].signs = ("fade in",)
-    found = [(at, row) for at, row in written(tab(fading))[0] if row[2] == 11]
+    found = [(at, row) for at, row in write(tab(fading))[0] if row[2] == 11]
     assert found[0] == (0.0, (CONTROL, 1, 11, 0)) and found[-1][1] == (CONTROL, 1, 11, 127)
     assert [row[3] for _, row in found] == sorted(row[3] for _, row in found)
 

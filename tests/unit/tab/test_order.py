@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from livebass.tab.model import MOST_BARS, Bar, Tempo, UnreadableTab
+from livebass.tab.model import MAX_BARS, Bar, Tempo, UnreadableTab
 from livebass.tab.order import order
 from livebass.tab.tempos import Tempos
 
@@ -63,7 +63,7 @@ def test_bars_play_in_this_order(text: str) -> None:
 
 
 def test_endless_repeats_are_refused() -> None:
-    with pytest.raises(UnreadableTab, match=f"make more than {MOST_BARS} bars"):
+    with pytest.raises(UnreadableTab, match=f"make more than {MAX_BARS} bars"):
         order(bars("|: " * 20 + ":|99 " * 20))
 
 

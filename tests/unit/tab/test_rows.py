@@ -51,7 +51,7 @@ def engine_with(keys: KeyMap) -> Engine:
     return Engine(replace(BASS, player=replace(BASS.player, keys=keys)), QUALITIES["live"], RATE)
 
 
-def prepared(keys: KeyMap = MODO) -> Engine:
+def prepare(keys: KeyMap = MODO) -> Engine:
     """A fresh engine of a bass with a key map."""
     return engine_with(keys).another()
 
@@ -100,14 +100,14 @@ def test_the_key_map_does_not_matter(keys: KeyMap) -> None:
         beats(note(0, 3, slides=frozenset([SHIFT])), note(0, 5, palm=True, vibrato=0.5)),
     )
     for piece in (hard_tab(), techniques):
-        other = prepared(keys)
-        assert np.array_equal(events_of(piece, prepared()), events_of(piece, other))
+        other = prepare(keys)
+        assert np.array_equal(events_of(piece, prepare()), events_of(piece, other))
         assert other.report().dropped == 0
 
 
 def test_a_technique_reaches_its_own_string_only() -> None:
     events = events_of(
-        tab(beats([note(1, 3, dead=True), note(2, 7)], [note(0, 3, technique="slap"), note(3, 7)])), prepared()
+        tab(beats([note(1, 3, dead=True), note(2, 7)], [note(0, 3, technique="slap"), note(3, 7)])), prepare()
     )
     assert TOUCH_EVENT in kinds_on(events, 1) and kinds_on(events, 2) & {TOUCH_EVENT, PLUCK} == {PLUCK}
     assert kinds_on(events, 0) & {THROW, STRIKE_EVENT} and PLUCK in kinds_on(events, 3)
@@ -122,12 +122,12 @@ def palms_on(events: NDArray[np.void], string: int) -> list[float]:
 
 def test_in_a_chord_a_palm_mutes_the_strings_of_its_strokes() -> None:
     chord = [note(1, 3, palm=True), note(2, 5), note(3, 5, palm=True)]
-    events = events_of(tab(beats([note(0, 3), note(1, 5)], chord)), prepared())
+    events = events_of(tab(beats([note(0, 3), note(1, 5)], chord)), prepare())
     assert [len(palms_on(events, string)) for string in range(4)] == [0, 1, 0, 1]
 
 
 def test_the_next_stroke_without_a_palm_lifts_it_from_all_strings() -> None:
-    events = events_of(tab(beats(note(1, 3, palm=True, let_ring=True), note(2, 5))), prepared())
+    events = events_of(tab(beats(note(1, 3, palm=True, let_ring=True), note(2, 5))), prepare())
     laid, lifted = palms_on(events, 1)
     assert laid > 0 == lifted and palms_on(events, 2) == []
 
@@ -139,7 +139,7 @@ def test_a_harmonic_is_touched_at_its_node(node: float, partial: int, fret: int,
     performance = perform(piece, piece.tracks[0])
     rows, lacks = to_rows(performance, 20, 0.0)
     assert field(int(rows[0][1][2]), PARTIAL) == partial and not lacks
-    engine = prepared()
+    engine = prepare()
     frames, words = np.zeros(1, np.int64), np.array([word_of(*rows[0][1])])
     events = engine.play_words(frames, words)
     (touch,) = events[events["kind"] == TOUCH_EVENT]
@@ -149,7 +149,7 @@ def test_a_harmonic_is_touched_at_its_node(node: float, partial: int, fret: int,
 
 
 def test_the_players_own_stroke_comes_back_after_a_slap() -> None:
-    engine = prepared()
+    engine = prepare()
     controls.take_value(engine.performer.ctypes.data, engine.pool.records.ctypes.data, PARAMETER, TECHNIQUE, PICKED)
     before = engine.performer["stroke"][0], engine.performer["slapped"][0]
     events_of(hard_tab(), engine)
@@ -158,15 +158,15 @@ def test_the_players_own_stroke_comes_back_after_a_slap() -> None:
 
 
 def test_dynamics_are_exact() -> None:
-    louder = prepared()
+    louder = prepare()
     controls.take_value(louder.performer.ctypes.data, louder.pool.records.ctypes.data, PARAMETER, DYNAMICS, -4.0)
     piece = tab(beats(note(1, 3), note(0, 5, hammer=True), note(0, 7)))
-    assert np.array_equal(events_of(piece, prepared(), dynamics=-4.0), events_of(piece, louder))
-    assert not np.array_equal(events_of(piece, prepared()), events_of(piece, louder))
+    assert np.array_equal(events_of(piece, prepare(), dynamics=-4.0), events_of(piece, louder))
+    assert not np.array_equal(events_of(piece, prepare()), events_of(piece, louder))
 
 
 def test_a_string_at_rest_has_nothing_left() -> None:
-    engine = prepared()
+    engine = prepare()
     piece = tab(beats(note(1, 3, palm=True, vibrato=1.0, bend=((0.0, 1.0), (1.0, 1.0)))))
     rows, _ = to_rows(perform(piece, piece.tracks[0]), BASS.frets, 0.0)
     begun = np.array([word_of(*event) for _, event in rows if event[0] != STROKE_END])
@@ -180,7 +180,7 @@ def test_a_string_at_rest_has_nothing_left() -> None:
 
 
 def test_keys_and_strokes_end_their_own_notes() -> None:
-    engine = prepared()
+    engine = prepare()
     engine.send(np.array([0]), np.array([[0x90, 36, 90]]))
     string = int(engine.performer["hands"]["latest"][0])
     engine.play_words(np.array([5]), np.array([word_of(STROKE_END, joined({STRING: string}), 0.0)]))
@@ -189,7 +189,7 @@ def test_keys_and_strokes_end_their_own_notes() -> None:
 
 def test_any_word_is_harmless() -> None:
     """Takes and pages may hold any bits: no string, fret or technique beyond the bass's is touched."""
-    rng, engine = np.random.default_rng(8), prepared()
+    rng, engine = np.random.default_rng(8), prepare()
     words = rng.integers(0, 1 << 24, 3000) | rng.integers(STROKE, STRING_REST + 1, 3000) << KIND_BIT
     values = rng.integers(0, 1 << 32, 3000, dtype=np.uint32)
     values[::2] = rng.integers(0, 1 << 24, 1500).astype(np.float32).view(np.uint32)

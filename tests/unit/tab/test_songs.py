@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 from support.tabs import WRITERS as ALL
-from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, tab, zipped
+from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, tab, zip_files
 
 from livebass.score.reading import ScoreError
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, perform
-from livebass.tab.reading import Asked, parsed, table
+from livebass.tab.reading import TabRequest, parse, table
 
 WRITERS = {"gp5": as_gp5, "gp": as_gp, "musicxml": as_musicxml}
 Row = tuple[float, str, int, int]  # s, kind, string, fret
@@ -20,7 +20,7 @@ SLIDING = frozenset([LEGATO])
 RISE, FALL = ((0.0, 0.0), (1.0, 2.0)), ((0.0, 2.0), (1.0, 0.0))
 
 
-def repeated(piece: Tab, first: int = 0, last: int | None = None, plays: int = 2) -> Tab:
+def repeat(piece: Tab, first: int = 0, last: int | None = None, plays: int = 2) -> Tab:
     piece.bars[first].opens, piece.bars[-1 if last is None else last].plays = True, plays
     return piece
 
@@ -45,7 +45,7 @@ def in_six_eight() -> Tab:
 
 def with_endings() -> Tab:
     """Endings 1 and 2, then 3; then a jump to a sign within the repeat, and from there to the coda."""
-    piece = repeated(tab(*(beats(note(0, fret)) for fret in range(7))), last=2, plays=3)
+    piece = repeat(tab(*(beats(note(0, fret)) for fret in range(7))), last=2, plays=3)
     piece.bars[1].signs = frozenset(["segno"])
     piece.bars[2].endings, piece.bars[3].endings = frozenset([1, 2]), frozenset([3])
     piece.bars[4].signs, piece.bars[6].signs = frozenset(["da segno al coda"]), frozenset(["coda"])
@@ -62,13 +62,13 @@ def in_odd_bars() -> Tab:
 
 SONGS: dict[str, tuple[Tab, list[Row]]] = {
     "a tie over a bar line of a repeat": (
-        repeated(
+        repeat(
             tab(beats(note(0, 3), note(0, 5), None, note(0, 3)), beats(note(0, 3, tie=True), note(0, 7), None, None))
         ),
         [(4.0 * turn + at, "pluck", 0, fret) for turn in (0, 1) for at, fret in ((0, 3), (0.5, 5), (1.5, 3), (2.5, 7))],
     ),
     "a tie into a repeat is struck on the way back": (
-        repeated(
+        repeat(
             tab(beats(None, None, None, note(0, 3)), beats(note(0, 3, tie=True), note(0, 5), None, note(0, 8))), 1
         ),
         [(at, "pluck", 0, fret) for at, fret in ((1.5, 3), (2.5, 5), (3.5, 8), (4, 3), (4.5, 5), (5.5, 8))],
@@ -101,7 +101,7 @@ SONGS: dict[str, tuple[Tab, list[Row]]] = {
         [(0.4375, "pluck", 1, 4), (0.4375, "pluck", 2, 6), (0.5, "hammer", 1, 5), (0.5, "pluck", 2, 7)],
     ),
     "a hammer-on over a repeat, from its last note to its first": (
-        repeated(tab(beats(note(0, 3, hammer=True), note(0, 5), None, note(0, 7, hammer=True)))),
+        repeat(tab(beats(note(0, 3, hammer=True), note(0, 5), None, note(0, 7, hammer=True)))),
         [(0.0, "pluck", 0, 3), (0.5, "hammer", 0, 5), (1.5, "pluck", 0, 7), (2.0, "pull", 0, 3), (2.5, "hammer", 0, 5),
          (3.5, "pluck", 0, 7)],
     ),
@@ -136,10 +136,10 @@ SONGS: dict[str, tuple[Tab, list[Row]]] = {
 
 
 def in_zip(gpif: bytes) -> bytes:
-    return zipped({"Content/score.gpif": gpif})
+    return zip_files({"Content/score.gpif": gpif})
 
 
-def played(piece: Tab) -> Performance:
+def play(piece: Tab) -> Performance:
     return perform(piece, piece.tracks[0])
 
 
@@ -147,7 +147,7 @@ def played(piece: Tab) -> Performance:
 @pytest.mark.parametrize("song", SONGS)
 def test_a_song_is_played_as_it_is_written(song: str, kind: str) -> None:
     piece, expected = SONGS[song]
-    strokes = played(parsed(WRITERS[kind](piece))).strokes
+    strokes = play(parse(WRITERS[kind](piece))).strokes
     assert [(s.kind, s.string, s.fret) for s in strokes] == [row[1:] for row in expected]
     assert [s.time for s in strokes] == pytest.approx([row[0] for row in expected], abs=1e-3)
 
@@ -172,7 +172,7 @@ def test_the_strokes_of_a_tremolo_fill_their_note_evenly(kind: str) -> None:
                 marks = b'<tremolo type="single">%d'
                 slashes = (1 / step).numerator.bit_length() - 1
                 data = data.replace(b"</note>", value).replace(marks % slashes, marks % (slashes - written))
-            strokes = played(parsed(data)).strokes
+            strokes = play(parse(data)).strokes
             assert [(s.kind, s.fret) for s in strokes] == [("pluck", 7)] * count, length
             assert [s.time for s in strokes] == pytest.approx([float(length * k / count) for k in range(count)])
             assert strokes[-1].end == pytest.approx(4 if more else float(length))
@@ -180,27 +180,27 @@ def test_the_strokes_of_a_tremolo_fill_their_note_evenly(kind: str) -> None:
 
 def test_a_tremolo_swings_slides_touches_and_fades_as_one_note() -> None:
     fading = [Beat(F(0), F(1), [note(1, 12, tremolo=F(1, 2), harmonic=NATURAL, node=12.0)], signs=("volume swell",))]
-    one, two = played(tab(fading, bpm=60)).strokes
+    one, two = play(tab(fading, bpm=60)).strokes
     assert (two.kind, two.fret, two.partial) == ("harmonic", 0, 2)
     assert one.fade == two.fade == ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))
     swung = tab(beats(note(0, 3), note(0, 5, tremolo=F(1, 4)), length=F(1, 2)), bpm=60)
     swung.bars[0].swing = F(1), F(2, 3)
-    assert [s.time for s in played(swung).strokes] == pytest.approx([0, 2 / 3, 5 / 6])
-    slid = played(tab(beats(note(1, 5, slides=SLIDING), note(1, 7, tremolo=F(1, 2))), bpm=60)).strokes
+    assert [s.time for s in play(swung).strokes] == pytest.approx([0, 2 / 3, 5 / 6])
+    slid = play(tab(beats(note(1, 5, slides=SLIDING), note(1, 7, tremolo=F(1, 2))), bpm=60)).strokes
     assert [(s.kind, s.time) for s in slid[1:]] == [("slide", 0.75), ("pluck", 1.5)]
 
 
 @pytest.mark.parametrize("kind", WRITERS)
 def test_notes_ring_on_to_the_next_turn_of_a_repeat(kind: str) -> None:
-    piece = repeated(tab(beats(note(2, 5, let_ring=True), note(0, 3), note(0, 3))))
-    ringing = [s for s in played(parsed(WRITERS[kind](piece))).strokes if s.string == 2]
+    piece = repeat(tab(beats(note(2, 5, let_ring=True), note(0, 3), note(0, 3))))
+    ringing = [s for s in play(parse(WRITERS[kind](piece))).strokes if s.string == 2]
     assert [(s.time, s.end) for s in ringing] == [(0.0, 2.0), (2.0, 4.0)]
 
 
 @pytest.mark.parametrize("kind", ["gp5", "gp"])
 def test_a_bend_is_released_on_a_tied_note(kind: str) -> None:
     piece = tab(beats(note(2, 5, bend=RISE), note(2, 5, tie=True, bend=FALL), note(2, 5)))
-    bent, straight = played(parsed(WRITERS[kind](piece))).strokes
+    bent, straight = play(parse(WRITERS[kind](piece))).strokes
     assert bent.end == 1.0 and bent.bend == ((0.0, 0.0), (0.5, 2.0), (0.5, 2.0), (1.0, 0.0)) and not straight.bend
 
 
@@ -208,7 +208,7 @@ def test_a_bend_is_released_on_a_tied_note(kind: str) -> None:
 def test_each_turn_of_a_repeat_has_its_own_tempo(kind: str) -> None:
     piece = tab(*(beats(*[note(0, fret)] * 4) for fret in range(3)))
     piece.bars[2].tempos.append(Tempo(F(0), 60.0))
-    times = [s.time for s in played(parsed(WRITERS[kind](repeated(piece, 1)))).strokes]
+    times = [s.time for s in play(parse(WRITERS[kind](repeat(piece, 1)))).strokes]
     assert times[::4] == pytest.approx([0, 2, 4, 8, 10])
 
 
@@ -219,7 +219,7 @@ def test_an_upbeat_is_as_long_as_its_notes() -> None:
         "musicxml": as_musicxml(piece).replace(b'number="1"', b'number="0" implicit="yes"', 1),
     }
     for data in upbeats.values():
-        assert [s.time for s in played(parsed(data)).strokes] == [0.0, 0.5]
+        assert [s.time for s in play(parse(data)).strokes] == [0.0, 0.5]
 
 
 @pytest.mark.parametrize("kind", ["gp", "musicxml"])
@@ -231,7 +231,7 @@ def test_a_note_is_hammered_on_from_another_string(kind: str) -> None:
         "musicxml": (b"<fret>7</fret>", b'<fret>7</fret><hammer-on type="stop"/>'),
     }
     data = data.replace(*marks[kind], 1)
-    strokes = played(parsed(data if kind == "musicxml" else in_zip(data))).strokes
+    strokes = play(parse(data if kind == "musicxml" else in_zip(data))).strokes
     assert [(s.kind, s.string) for s in strokes] == [("pluck", 1), ("tap", 2), ("pluck", 2)]
 
 
@@ -242,7 +242,7 @@ def test_similes_repeat_one_bar_or_two() -> None:
         bar = f'<Bar id="{number}">'.encode()
         assert bar in words
         words = words.replace(bar, bar + b"<SimileMark>" + mark + b"</SimileMark>")
-    strokes = played(parsed(in_zip(words))).strokes
+    strokes = play(parse(in_zip(words))).strokes
     assert [s.fret for s in strokes] == [0, 1, 0, 1, 1]
 
 
@@ -251,7 +251,7 @@ def test_triplets_stay_even_in_a_swung_bar(kind: str) -> None:
     lengths = F(1, 2), F(1, 2), F(1, 3), F(1, 3), F(1, 3), F(2)
     piece = tab([Beat(sum(lengths[:k], F(0)), length, [note(0, k)]) for k, length in enumerate(lengths)])
     piece.bars[0].swing = F(1), F(2, 3)
-    times = [stroke.time for stroke in played(parsed(WRITERS[kind](piece))).strokes]
+    times = [stroke.time for stroke in play(parse(WRITERS[kind](piece))).strokes]
     assert times == pytest.approx([0, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1], abs=1e-3)
 
 
@@ -271,7 +271,7 @@ def in_musicxml(*measures: str, time: str = "4/4") -> Performance:
         f'<staves>2</staves><staff-details number="2"><staff-lines>4</staff-lines>{TUNING}</staff-details></attributes>'
     )
     bars = "".join(f"<measure>{first * (k == 0)}{each}</measure>" for k, each in enumerate(measures))
-    return played(parsed(f"{HEAD}{bars}</part></score-partwise>".encode()))
+    return play(parse(f"{HEAD}{bars}</part></score-partwise>".encode()))
 
 
 def low(fret: int, length: int, more: str = "") -> str:
@@ -484,7 +484,7 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
 @pytest.mark.parametrize("case", WRITTEN)
 def test_musicxml_without_tablature_is_played(case: str) -> None:
     text, expected = WRITTEN[case]
-    strokes = played(parsed(text.encode())).strokes
+    strokes = play(parse(text.encode())).strokes
     assert [(round(s.time, 3), s.string, s.fret) for s in strokes] == expected
 
 
@@ -493,10 +493,10 @@ def test_a_sound_tells_a_bass_without_a_name(sound: str, preset: str | None) -> 
     about = f"<score-instrument><instrument-sound>{sound}</instrument-sound></score-instrument></score-part>"
     text = scored(plain("G", 2, 8)).replace("Bass", "Part 1").replace("</score-part>", about, 1)
     if preset:
-        assert table(text.encode(), Path("a.xml"), Asked())[1][-1] == "yes"
+        assert table(text.encode(), Path("a.xml"), TabRequest())[1][-1] == "yes"
     else:
         with pytest.raises(ScoreError, match="no track is tuned like a bass"):
-            table(text.encode(), Path("a.xml"), Asked())
+            table(text.encode(), Path("a.xml"), TabRequest())
 
 
 def test_tablature_in_musicxml_has_slurs_ties_and_notes_without_strings() -> None:
@@ -545,7 +545,7 @@ def test_a_piano_beside_a_bass_without_tablature_does_not_play() -> None:
     bass = "<part id='Q'><measure>" + plain("G", 1, 8) + "</measure></part></score-partwise>"
     name = "<score-part id='Q'><part-name>Electric Bass</part-name></score-part></part-list>"
     text = piano.replace("</score-partwise>", bass).replace("</part-list>", name)
-    rows = table(text.encode(), Path("a.xml"), Asked())
+    rows = table(text.encode(), Path("a.xml"), TabRequest())
     assert [row[-1] for row in rows] == ["played", "no", "yes"]
 
 
@@ -553,23 +553,23 @@ def test_a_piano_beside_a_bass_without_tablature_does_not_play() -> None:
 def test_the_container_names_the_score(named: str, fret: int) -> None:
     container = f'<container><rootfiles><rootfile full-path="{named}"/></rootfiles></container>'.encode()
     first, second = (scored(plain(step, 2, 8)).encode() for step in "AB")
-    data = zipped({"a.xml": first, "music/b.xml": second, "META-INF/container.xml": container})
-    assert [stroke.fret for stroke in played(parsed(data)).strokes] == [fret]
+    data = zip_files({"a.xml": first, "music/b.xml": second, "META-INF/container.xml": container})
+    assert [stroke.fret for stroke in play(parse(data)).strokes] == [fret]
 
 
 def test_fermatas_of_guitar_pro_hold_the_shortest_note() -> None:
     piece = tab(beats(note(0, 3), note(0, 5), note(0, 7)))
     sign = b"<Fermatas><Fermata><Type>Medium</Type><Offset>1/1</Offset><Length>0.5</Length></Fermata></Fermatas>"
     data = in_zip(as_gpif(piece).replace(b"<MasterBar>", b"<MasterBar>" + sign))
-    performance = played(parsed(data))
+    performance = play(parse(data))
     assert [s.time for s in performance.strokes] == pytest.approx([0, 0.5, 1.5]) and not performance.lacks
 
 
 @pytest.mark.parametrize("name, low", [("Bass", 28), ("Guitar", 40)])
 def test_a_bass_tuned_as_it_is_written_sounds_an_octave_lower(name: str, low: int) -> None:
     text = scored(plain("G", 2, 4), attributes=f"<staff-details>{HIGH}</staff-details>").replace("Bass", name)
-    piece = parsed(text.encode())
-    assert piece.tracks[0].tuning[0] == low and [(s.string, s.fret) for s in played(piece).strokes] == [(0, 3)]
+    piece = parse(text.encode())
+    assert piece.tracks[0].tuning[0] == low and [(s.string, s.fret) for s in play(piece).strokes] == [(0, 3)]
 
 
 @pytest.mark.parametrize("kind", ["gp5", "gp"])
@@ -583,33 +583,33 @@ def test_a_bass_of_guitar_pro_may_be_tuned_as_it_is_written(
     tuning: tuple[int, ...], name: str, program: int, low: int, kind: str
 ) -> None:
     piece = tab(beats(note(0, 3)), tuning=tuning, name=name, program=program)
-    (track,) = parsed(WRITERS[kind](piece)).tracks
+    (track,) = parse(WRITERS[kind](piece)).tracks
     assert [note - low for note in track.tuning] == [note - tuning[0] for note in tuning]
 
 
 def test_a_partial_capo_is_counted() -> None:
     capo = b'<Property name="PartialCapoFret"><Fret>2</Fret></Property><Property name="CapoFret">'
     data = in_zip(as_gpif(tab(beats(note(0, 3)))).replace(b'<Property name="CapoFret">', capo))
-    assert played(parsed(data)).lacks == {"partial capo": 1}
+    assert play(parse(data)).lacks == {"partial capo": 1}
 
 
 def test_a_grace_note_of_guitar_pro_plays_on_another_string() -> None:
     words = as_gpif(tab(beats(None, note(2, 5, graces=[Grace(4, F(1, 8))]))))
     data = in_zip(words.replace(b"<String>2</String>", b"<String>1</String>", 1))
-    assert [(s.time, s.string) for s in played(parsed(data)).strokes] == [(0.4375, 1), (0.5, 2)]
+    assert [(s.time, s.string) for s in play(parse(data)).strokes] == [(0.4375, 1), (0.5, 2)]
 
 
 def test_a_repeat_within_a_gradual_change_begins_at_its_tempo() -> None:
-    piece = repeated(tab(*(beats(*[note(0, 3)] * 4) for _ in range(3)), bpm=120.0), 1, 1)
+    piece = repeat(tab(*(beats(*[note(0, 3)] * 4) for _ in range(3)), bpm=120.0), 1, 1)
     piece.bars[0].tempos.append(Tempo(F(0), 60.0, F(8)))
-    times = [s.time for s in played(piece).strokes]
+    times = [s.time for s in play(piece).strokes]
     assert times[12] - times[8] == pytest.approx(times[8] - times[4], abs=0.01), "from 90 to 60, both times"
 
 
 @pytest.mark.parametrize("kind", ["gp", "musicxml"])
 def test_grace_notes_are_hammered_on_one_after_the_other(kind: str) -> None:
     graces = [Grace(fret, F(1, 8), joined="hammer") for fret in (2, 4)]
-    strokes = played(parsed(ALL[kind](tab(beats(None, note(2, 3, graces=graces)))))).strokes
+    strokes = play(parse(ALL[kind](tab(beats(None, note(2, 3, graces=graces)))))).strokes
     assert [(s.time, s.kind) for s in strokes] == [(0.375, "pluck"), (0.4375, "hammer"), (0.5, "pull")]
 
 
@@ -617,5 +617,5 @@ def test_grace_notes_are_hammered_on_one_after_the_other(kind: str) -> None:
 def test_artificial_harmonics_of_guitar_pro_4_have_their_partial(kind: int, node: int) -> None:
     data = as_gp5(tab(beats(note(3, 5, harmonic=ARTIFICIAL, node=12.0))), (4, 0, 6))
     at = data.rindex(bytes([22]))
-    (stroke,) = played(parsed(data[:at] + bytes([kind]) + data[at + 1 :])).strokes
+    (stroke,) = play(parse(data[:at] + bytes([kind]) + data[at + 1 :])).strokes
     assert (stroke.kind, stroke.fret, stroke.partial) == ("harmonic", 5, node)

@@ -18,7 +18,7 @@ from livebass.rows.arrays import Floats
 from livebass.score.reading import read_score
 from livebass.score.score import Score
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, OUT_DOWN, SHIFT, Tab
-from livebass.tab.reading import Asked, arranged, read_tab, score_of_tab
+from livebass.tab.reading import TabRequest, arrange, read_tab, score_of_tab
 
 RATE = 48000
 LIVE = QUALITIES["live"]
@@ -28,8 +28,8 @@ def load() -> Loader:
     return Loader(dict.fromkeys(SOUND))
 
 
-def score_of(piece: Tab, **asked: object) -> Score:
-    return score_of_tab(as_gp5(piece), Path("song.gp5"), RATE, Asked(**asked), load())  # type: ignore[arg-type]
+def score_of(piece: Tab, **requested: object) -> Score:
+    return score_of_tab(as_gp5(piece), Path("song.gp5"), RATE, TabRequest(**requested), load())  # type: ignore[arg-type]
 
 
 def sound_of(piece: Tab) -> Floats:
@@ -113,16 +113,16 @@ ALONE = tab(
 def test_every_format_gives_the_same_score() -> None:
     first = score_of(SONG)
     for kind, write in {"gpx": as_gpx, "gp": as_gp}.items():
-        score = score_of_tab(write(SONG), Path(f"song.{kind}"), RATE, Asked(), load())
+        score = score_of_tab(write(SONG), Path(f"song.{kind}"), RATE, TabRequest(), load())
         assert score.strokes == first.strokes and score.beats == first.beats
     same = score_of(tab(beats(note(0, 3), note(2, 5))))
     xml = as_musicxml(tab(beats(note(0, 3), note(2, 5))))
-    assert score_of_tab(xml, Path("song.xml"), RATE, Asked(), load()).strokes == same.strokes
+    assert score_of_tab(xml, Path("song.xml"), RATE, TabRequest(), load()).strokes == same.strokes
 
 
 def test_an_exported_midi_file_has_the_same_sound(tmp_path: Path) -> None:
     """To the bit, if no two strokes begin together: a key switch would reach both."""
-    song = arranged(as_gp5(ALONE), Path("song.gp5"), Asked(), load())
+    song = arrange(as_gp5(ALONE), Path("song.gp5"), TabRequest(), load())
     (tmp_path / "song.mid").write_bytes(song.exported()[0])
     score, again = song.score(RATE), read_score(tmp_path / "song.mid", RATE)
     assert score.basses == again.basses and score.end_frame == again.end_frame and score.file_end == again.file_end

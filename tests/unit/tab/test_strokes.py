@@ -11,7 +11,7 @@ from support.tabs import WRITERS, as_gp, beats, note, tab
 from livebass.files.kinds import is_tab
 from livebass.tab.model import ARTIFICIAL, IN_BELOW, LEGATO, NATURAL, OUT_DOWN, SHIFT, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, Stroke, partial_at, perform
-from livebass.tab.reading import parsed
+from livebass.tab.reading import parse
 
 Row = tuple[float, str, int, int]  # s, kind, string, fret
 XML, GP3 = {"musicxml", "mxl"}, {"gp3"}
@@ -141,7 +141,7 @@ def test_a_hairpin_leads_evenly_to_the_next_dynamic(kind: str) -> None:
         ([(95, fall), (63, fall), (63, fall), (31, "")], [95, 63, 47, 31, 31]),  # a dynamic on the way
         ([(127, swell), (127, swell), (127, swell), (127, swell)], [127] * 5),
     ]:
-        strokes = played(parsed(WRITERS[kind](swelling(*rows)))).strokes
+        strokes = play(parse(WRITERS[kind](swelling(*rows)))).strokes
         assert [stroke.velocity for stroke in strokes] == heard, rows
 
 
@@ -149,7 +149,7 @@ def test_a_hairpin_lasts_over_rests_and_bars() -> None:
     piece = tab(beats(note(0, 3, velocity=15), None, None, note(0, 3, velocity=15)), beats(note(0, 3, velocity=79)))
     for beat in piece.tracks[0].bars[0][0]:
         beat.hairpin = "crescendo"
-    assert [stroke.velocity for stroke in played(parsed(as_gp(piece))).strokes] == [15, 63, 79]
+    assert [stroke.velocity for stroke in play(parse(as_gp(piece))).strokes] == [15, 63, 79]
 
 
 @pytest.mark.parametrize("kind", ["gp", "musicxml"])
@@ -167,7 +167,7 @@ def test_an_ornament_turns_to_its_neighbours_in_the_key(
 ) -> None:
     piece = tab(beats(note(1, fret, ornament=ornament), note(1, 9)))
     piece.bars[0].fifths = fifths
-    performance = played(parsed(WRITERS[kind](piece)))
+    performance = play(parse(WRITERS[kind](piece)))
     *turns, last = performance.strokes
     assert [stroke.fret for stroke in turns] == frets and last.time == pytest.approx(0.5)
     steps = {1: 0.0, 3: 1 / 16, 4: 1 / 24}
@@ -177,7 +177,7 @@ def test_an_ornament_turns_to_its_neighbours_in_the_key(
     assert performance.lacks["ornament"] == (len(frets) == 1)
 
 
-def played(piece: Tab) -> Performance:
+def play(piece: Tab) -> Performance:
     return perform(piece, piece.tracks[0])
 
 
@@ -192,7 +192,7 @@ def test_a_notation_is_played_alike_from_each_format(notation: str, kind: str) -
         return
     data = WRITERS[kind](piece)
     assert is_tab(data)
-    strokes = played(parsed(data)).strokes
+    strokes = play(parse(data)).strokes
     assert rows(strokes) == [row[1:] for row in expected]
     assert [stroke.time for stroke in strokes] == pytest.approx([row[0] for row in expected], abs=1e-3)
 
@@ -201,7 +201,7 @@ def test_a_notation_is_played_alike_from_each_format(notation: str, kind: str) -
 def test_signs_reach_the_stroke(kind: str) -> None:
     signs = beats(note(0, 3, staccato=True), note(0, 3, palm=True), note(1, 2, vibrato=0.5), note(1, 2, accent=1))
     more = beats(note(1, 2, ghost=True), note(2, 2, let_ring=True), note(3, 2), note(2, 4))
-    one, two, three, four, five, six, _, eight = played(parsed(WRITERS[kind](tab(signs, more)))).strokes
+    one, two, three, four, five, six, _, eight = play(parse(WRITERS[kind](tab(signs, more)))).strokes
     assert one.end == pytest.approx(0.25) and two.end == pytest.approx(1.0)
     assert two.palm and not one.palm and three.vibrato == 0.5
     assert (four.velocity, five.velocity) == (three.velocity + 16, three.velocity - 24)
@@ -211,13 +211,13 @@ def test_signs_reach_the_stroke(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["gp4", "gp5", "gpx", "gp"])
 def test_a_bend_follows_its_curve(kind: str) -> None:
     bend = ((0.0, 0.0), (0.5, 2.0), (1.0, 1.0))
-    (stroke,) = played(parsed(WRITERS[kind](tab(beats(note(2, 5, bend=bend)))))).strokes
+    (stroke,) = play(parse(WRITERS[kind](tab(beats(note(2, 5, bend=bend)))))).strokes
     assert stroke.bend == ((0.0, 0.0), (0.25, 2.0), (0.5, 1.0))
 
 
 @pytest.mark.parametrize("kind", ["musicxml", "mxl"])
 def test_a_bend_of_musicxml_rises_over_the_note(kind: str) -> None:
-    (stroke,) = played(parsed(WRITERS[kind](tab(beats(note(2, 5, bend=((0.0, 0.0), (1.0, 2.0)))))))).strokes
+    (stroke,) = play(parse(WRITERS[kind](tab(beats(note(2, 5, bend=((0.0, 0.0), (1.0, 2.0)))))))).strokes
     assert (stroke.bend[0][1], stroke.bend[-1]) == (0.0, pytest.approx((0.5, 2.0)))
 
 
@@ -226,7 +226,7 @@ def test_tempos_change_at_once_or_gradually(kind: str) -> None:
     piece = tab(beats(*[note(0, 3)] * 4), beats(*[note(0, 5)] * 4), beats(note(0, 7)))
     piece.bars[0].tempos.append(Tempo(F(2), 60.0))
     piece.bars[1].tempos.append(Tempo(F(0), 120.0, F(4)))
-    times = [stroke.time for stroke in played(parsed(WRITERS[kind](piece))).strokes]
+    times = [stroke.time for stroke in play(parse(WRITERS[kind](piece))).strokes]
     assert times[:5] == pytest.approx([0, 0.5, 1.0, 2.0, 3.0])
     gaps = [after - before for before, after in pairwise(times[4:])]
     assert gaps == sorted(gaps, reverse=True) and sum(gaps) == pytest.approx(4 * 0.6931, abs=2e-3)
@@ -236,14 +236,14 @@ def test_tempos_change_at_once_or_gradually(kind: str) -> None:
 def test_triplet_feel_delays_every_second_eighth(kind: str) -> None:
     piece = tab(beats(*[note(0, 3)] * 8, length=F(1, 2)))
     piece.bars[0].swing = F(1), F(2, 3)
-    times = [stroke.time for stroke in played(parsed(WRITERS[kind](piece))).strokes]
+    times = [stroke.time for stroke in play(parse(WRITERS[kind](piece))).strokes]
     swung = [0, 1 / 3, 0.5, 0.5 + 1 / 3] if kind not in XML else [0, 0.25, 0.5, 0.75]
     assert times[:4] == pytest.approx(swung, abs=1e-3)
 
 
 @pytest.mark.parametrize("kind", WRITERS)
 def test_tuning_capo_program_and_names_are_read(kind: str) -> None:
-    piece = parsed(WRITERS[kind](tab(beats(note(0, 3)), tuning=(23, 28, 33, 38, 43), capo=2, program=34)))
+    piece = parse(WRITERS[kind](tab(beats(note(0, 3)), tuning=(23, 28, 33, 38, 43), capo=2, program=34)))
     (track,) = piece.tracks
     assert (track.name, track.tuning, track.capo, track.program) == ("Bass", (23, 28, 33, 38, 43), 2, 34)
 
@@ -256,9 +256,9 @@ def test_repeats_endings_and_jumps_are_read(kind: str) -> None:
     bars[1].endings, bars[1].plays, bars[2].endings = frozenset([1]), 2, frozenset([2])
     bars[3].signs, bars[4].signs = frozenset(["fine"]), frozenset(["da capo al fine"])
     bars[3].name = "Verse"
-    found = parsed(WRITERS[kind](piece))
+    found = parse(WRITERS[kind](piece))
     assert [bar.name for bar in found.bars] == ["", "", "", "Verse", ""]
-    assert [number for _, number in played(found).bars] == [0, 1, 0, 2, 3, 4, 0, 2, 3]
+    assert [number for _, number in play(found).bars] == [0, 1, 0, 2, 3, 4, 0, 2, 3]
 
 
 def test_only_the_bars_asked_for_play_at_their_tempo() -> None:
@@ -271,7 +271,7 @@ def test_only_the_bars_asked_for_play_at_their_tempo() -> None:
 def test_two_voices_on_a_string_never_overlap() -> None:
     piece = tab(beats(note(0, 3, let_ring=True)))
     piece.tracks[0].bars[0].append([Beat(F(0), F(1, 2), []), Beat(F(1, 2), F(1, 4), [note(0, 5)])])
-    one, two = played(piece).strokes
+    one, two = play(piece).strokes
     assert one.end == two.time == 0.25
 
 

@@ -17,7 +17,7 @@ from support.costs import quick
 from support.wasm import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.model.instrument import Effects
 from livebass.plugin.instrument import image_file
 from livebass.preset.build import PresetError
@@ -67,20 +67,20 @@ def test_sliders_are_those_that_change_the_bass_and_say_what_it_has() -> None:
     assert [found["action"][name] for name in ("own", "ownUnit")] == [2.4, "mm"]
     assert [found["neck_relief"]["own"], found["nut_height"]["own"], found["cable"]["own"]] == [0.3, 0.5, 700.0]
     assert [found[f"pickup_{k}_place"]["own"] for k in (1, 2)] == [152.4, 60.96]
-    assert found["pickup_2_height"]["name"] == "Bridge pickup: height" and found["fret"]["most"] == 20
+    assert found["pickup_2_height"]["name"] == "Bridge pickup: height" and found["fret"]["maximum"] == 20
     assert not {"fret", "fret_height"} & {slider["symbol"] for slider in sliders("fretless")}
     assert not any(s["group"] == "Pickups" or s["symbol"] == "contact_loss" for s in sliders("paper-bass"))
     for row in SLIDER_ROWS.values():
         p = row.parameter
-        assert p.least <= p.usual == 0 < p.most and row.step < p.most - p.least
+        assert p.minimum <= p.default == 0 < p.maximum and row.step < p.maximum - p.minimum
 
 
 def each_slider(name: str) -> Iterator[dict[str, float]]:
     """Bench values with one slider moved, each to two places."""
     for slider in sliders(name):
-        span = slider["most"] - slider["least"]
+        span = slider["maximum"] - slider["minimum"]
         for part in (0.3, 0.62):
-            value = round(slider["least"] + part * span, 2)
+            value = round(slider["minimum"] + part * span, 2)
             moved = {slider["symbol"]: float(round(value)) if slider["symbol"] == "fret" else value}
             yield moved | ({"fret": 7.0} if slider["symbol"] == "fret_height" else {})
 
@@ -129,7 +129,9 @@ def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(page: 
         sound = page.sound("jazz-finger", values, score, RATE // 2)
         (tmp_path / "saved.toml").write_text(page.toml("jazz-finger", values))
         bass = load_preset(tmp_path / "saved.toml")
-        wanted = np.clip(mixed(render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)), -1, 1)
+        wanted = np.clip(
+            mix_strings(render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)), -1, 1
+        )
         assert np.abs(sound - wanted[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max(), values
         assert not values or np.abs(sound - default[hit]).max() > 1e-6, values
         default.setdefault(hit, sound)
@@ -153,7 +155,7 @@ def test_links_and_presets_bring_the_bench_back(page: node.Page, name: str) -> N
         values = {}
         for row in rng.sample(rows, rng.randint(0, len(rows))):
             steps = 1 if row["points"] else 100
-            values[row["symbol"]] = rng.randint(round(row["least"] * steps), round(row["most"] * steps)) / steps
+            values[row["symbol"]] = rng.randint(round(row["minimum"] * steps), round(row["maximum"] * steps)) / steps
         cases.append({symbol: value for symbol, value in values.items() if value})
     found = page.run(
         "const [name, cases] = arguments, bench = benches.get(name);"
@@ -185,9 +187,9 @@ def test_links_and_presets_bring_the_bench_back(page: node.Page, name: str) -> N
     ],
 )
 def test_a_bad_link_is_told_in_a_line(page: node.Page, link: str, says: str) -> None:
-    with pytest.raises(ValueError, match=f"^{re.escape(says)}") as told:
+    with pytest.raises(ValueError, match=f"^{re.escape(says)}") as reported:
         page.run(READ, link)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)
     with pytest.raises(ValueError, match=re.escape(says.partition(":")[0])):
         check_link(link, *ON_PAGE)
 
@@ -204,9 +206,9 @@ def test_a_bad_link_is_told_in_a_line(page: node.Page, link: str, says: str) -> 
     ],
 )
 def test_a_bad_preset_is_told_in_a_line(page: node.Page, text: str, says: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(says)) as told:
+    with pytest.raises(ValueError, match=re.escape(says)) as reported:
         page.run("return Bench.fromToml(arguments[0], benches)", text)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(reported.value)
 
 
 def test_a_link_names_an_earlier_revision_that_the_page_has(page: node.Page) -> None:

@@ -17,12 +17,12 @@ from livebass.compiling import store
 from livebass.kernels.player.performer import CHANNEL, CONTROLS
 from livebass.rows.techniques import BUTTONS, GHOST, LET_RING, PALM
 from livebass.web.bench import Source
-from livebass.web.export import export_page, is_page, shown
+from livebass.web.export import bass_data, export_page, is_page
 from livebass.web.layout import WAYS
 from livebass.web.link import check_link
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
-MOST_BYTES = 3_000_000
+MAX_BYTES = 3_000_000
 
 
 def names(folder: Path) -> list[str]:
@@ -61,7 +61,7 @@ def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
         status, out, err = run("export", "web", "-p", *FOUR, "-o", folder, *single)
         assert status == 0 and out == "" and "4 basses" in err and ("livebass.html" if single else "index.html") in err
         assert names(folder) == wanted
-        assert size(folder) < MOST_BYTES
+        assert size(folder) < MAX_BYTES
 
 
 def test_the_same_again_is_the_same_and_replaces_the_older_one(tmp_path: Path) -> None:
@@ -96,8 +96,8 @@ def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Pa
     for basses in (["slap"], ["slap", "other"], ["slap"]):
         html = export_page(dict.fromkeys(basses, bass), tmp_path / "page").read_text("utf-8")
         digests.append(json.loads(html.split('id="page">')[1].split("</script>")[0])["digest"])
-        asked = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
-        assert sorted(asked) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
+        requested = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
+        assert sorted(requested) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
     assert digests[0] == digests[2] != digests[1]
 
 
@@ -110,10 +110,10 @@ def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
 
 
 def test_the_neck_of_a_page_has_all_strings_and_begins_at_the_capo() -> None:
-    bass = shown("mine", load_preset("six-string", tuning="drop-a", capo=2))
+    bass = bass_data("mine", load_preset("six-string", tuning="drop-a", capo=2))
     assert [string["name"] for string in bass["strings"]] == list("BEADGC")
     assert [string["note"] for string in bass["strings"]] == [23, 30, 35, 40, 45, 50] and bass["frets"] == 22
-    assert bass["capo"] == 2 and shown("mine", load_preset("fretless"))["capo"] == 0
+    assert bass["capo"] == 2 and bass_data("mine", load_preset("fretless"))["capo"] == 0
 
 
 def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ define i32 @unused(i32 %k) {
 """
 
 
-def compiled(text: str = PROGRAM) -> bytes:
+def compile_text(text: str = PROGRAM) -> bytes:
     import llvmlite.binding as llvm
 
     llvm.initialize_all_targets()
@@ -68,7 +68,7 @@ def compiled(text: str = PROGRAM) -> bytes:
 
 
 def test_functions_find_their_data_their_stack_and_each_other() -> None:
-    module = linking.linked(compiled(), ["both", "through", "letter", "row"], STACK)
+    module = linking.link(compile_text(), ["both", "through", "letter", "row"], STACK)
     store = wasmtime.Store()
     made = wasmtime.Module(store.engine, module)
     assert not list(made.imports)
@@ -84,7 +84,7 @@ def test_functions_find_their_data_their_stack_and_each_other() -> None:
 
 
 def test_what_no_export_reaches_is_left_out() -> None:
-    sizes = [len(linking.linked(compiled(), names, STACK)) for names in (["both"], ["both", "unused"])]
+    sizes = [len(linking.link(compile_text(), names, STACK)) for names in (["both"], ["both", "unused"])]
     assert sizes[0] < sizes[1]
 
 
@@ -92,12 +92,15 @@ def test_what_no_export_reaches_is_left_out() -> None:
     "data, why",
     [
         (lambda: b"ELF", "no WebAssembly"),
-        (compiled, "there is no function gone"),
-        (lambda: compiled("declare void @other()\ndefine void @gone() { call void @other() ret void }"), "needs other"),
-        (lambda: compiled("define void @f() { ret void } define ptr @gone() { ret ptr @f }"), "relocation of kind"),
+        (compile_text, "there is no function gone"),
+        (
+            lambda: compile_text("declare void @other()\ndefine void @gone() { call void @other() ret void }"),
+            "needs other",
+        ),
+        (lambda: compile_text("define void @f() { ret void } define ptr @gone() { ret ptr @f }"), "relocation of kind"),
     ],
     ids=["no-wasm", "no-such", "not-alone", "address"],
 )
 def test_what_it_cannot_link_is_one_line(data: object, why: str) -> None:
     with pytest.raises(linking.LinkError, match=why):
-        linking.linked(data(), ["gone"], STACK)  # type: ignore[operator]
+        linking.link(data(), ["gone"], STACK)  # type: ignore[operator]

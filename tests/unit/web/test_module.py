@@ -21,7 +21,7 @@ import livebass
 from livebass import QUALITIES, render_to_array, score_of
 from livebass.compiling import X86
 from livebass.engine.engine import Engine
-from livebass.engine.render import mixed
+from livebass.engine.render import mix_strings
 from livebass.model.instrument import Effects, Instrument, Response
 from livebass.plugin.instrument import image_file
 from livebass.rows.arrays import Floats
@@ -31,7 +31,7 @@ from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import ENTRIES, RECORDS, record
 
-MOST_BYTES = 700_000
+MAX_BYTES = 700_000
 CLOSE = 1e-7
 OTHER_ORDER = 4e-6  # of full scale, from reordering sums of float32 in hard notes: twice the largest found
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]
@@ -62,7 +62,7 @@ def natively(preset: str | Instrument, score: Score) -> Floats:
     """As in `livebass render`, cut at full scale, like the page's."""
     bass = load_preset(preset) if isinstance(preset, str) else preset
     sound = render_to_array(bass, score, QUALITIES["live"], tail=1.0)
-    return np.clip(mixed(sound.astype(np.float32)), -1, 1)
+    return np.clip(mix_strings(sound.astype(np.float32)), -1, 1)
 
 
 def test_the_module_is_small_and_imports_nothing() -> None:
@@ -70,7 +70,7 @@ def test_the_module_is_small_and_imports_nothing() -> None:
 
     data = build.module()
     module = wasmtime.Module(wasmtime.Engine(), data)
-    assert not list(module.imports) and len(data) < MOST_BYTES
+    assert not list(module.imports) and len(data) < MAX_BYTES
     exported = {"memory", "__indirect_function_table", "__heap_base", *(f"lb_{entry.name}" for entry in ENTRIES)}
     assert {export.name for export in module.exports} == exported
     assert b"numba" not in data and b"Py_" not in data
@@ -103,27 +103,27 @@ def test_channels_are_apart_as_in_render(tmp_path: Path) -> None:
 
 def test_a_pick_of_ones_own_is_heard_as_in_render() -> None:
     bass = load_preset("jazz-finger")
-    usual = replace(bass, player=replace(bass.player, stroke="pick"))
-    own = replace(usual, player=replace(usual.player, pick=Pick(soft_width=6e-3, hard_width=4e-3, place=0.8)))
+    default = replace(bass, player=replace(bass.player, stroke="pick"))
+    own = replace(default, player=replace(default.player, pick=Pick(soft_width=6e-3, hard_width=4e-3, place=0.8)))
     score = score_of(SOFT, RATE)
     here, there = in_wasm(own, score), natively(own, score)
     assert np.abs(here - there[: len(here)]).max() < CLOSE
-    assert np.abs(here - in_wasm(usual, score)).max() > 0.1 * np.abs(here).max()
+    assert np.abs(here - in_wasm(default, score)).max() > 0.1 * np.abs(here).max()
 
 
 def test_the_floor_is_that_of_a_render() -> None:
-    usual = load_preset("jazz-finger")
-    bass, score = replace(usual, player=replace(usual.player, floor_noise=-20.0)), score_of(SOFT, RATE)
+    default = load_preset("jazz-finger")
+    bass, score = replace(default, player=replace(default.player, floor_noise=-20.0)), score_of(SOFT, RATE)
     here, there = in_wasm(bass, score), natively(bass, score)
-    assert np.abs(here - there[: len(here)]).max() < CLOSE < 1e-3 < np.abs(here - in_wasm(usual, score)).max()
+    assert np.abs(here - there[: len(here)]).max() < CLOSE < 1e-3 < np.abs(here - in_wasm(default, score)).max()
 
 
 def test_hum_and_a_resting_palm_and_a_click_are_those_of_a_render() -> None:
-    usual, score = load_preset("precision-pick"), score_of(SOFT, RATE)
+    default, score = load_preset("precision-pick"), score_of(SOFT, RATE)
     for numbers in ({"palm_resistance": 0.3}, {"pick_noise": -20.0}, {"floor_noise": -200.0, "hum": -20.0}):
-        bass = replace(usual, player=replace(usual.player, **numbers))  # type: ignore[arg-type]
+        bass = replace(default, player=replace(default.player, **numbers))  # type: ignore[arg-type]
         here, there = in_wasm(bass, score), natively(bass, score)
-        assert np.abs(here - there[: len(here)]).max() < CLOSE < np.abs(here - in_wasm(usual, score)).max()
+        assert np.abs(here - there[: len(here)]).max() < CLOSE < np.abs(here - in_wasm(default, score)).max()
 
 
 def test_effects_are_those_of_a_render() -> None:

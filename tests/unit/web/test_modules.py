@@ -9,7 +9,7 @@ import subprocess
 import pytest
 from support.needs import tool
 
-from livebass.web.modules import STATIC, joined
+from livebass.web.modules import STATIC, join_modules
 from livebass.web.public import PUBLIC
 
 ENTRIES = ("main.js", "worker.js", "worklet.js")
@@ -29,7 +29,7 @@ def test_each_module_has_names_of_its_own_and_runs_once_behind_what_it_imports()
         "two.js": "const own = 2;\nexport const said = [own];\nexport function add(x) { said.push(x); }\n",
         "three.js": 'import {add} from "./two.js";\nclass Own {}\nadd(3);\nexport class Other extends Own {}\n',
     }
-    assert value(joined("one.js", modules)) == {"found": [[2, 3, 1], True]}
+    assert value(join_modules("one.js", modules)) == {"found": [[2, 3, 1], True]}
 
 
 @pytest.mark.parametrize(
@@ -44,12 +44,12 @@ def test_each_module_has_names_of_its_own_and_runs_once_behind_what_it_imports()
 )
 def test_what_cannot_be_joined_is_refused(modules: dict[str, str], says: str) -> None:
     with pytest.raises(ValueError, match=re.escape(says)):
-        joined("a.js", modules)
+        join_modules("a.js", modules)
 
 
 def test_no_module_is_left_out() -> None:
     """Each file of the page is in one of its scripts; the audio thread and the worker share files where they can."""
-    scripts = {entry: joined(entry) for entry in ENTRIES}
+    scripts = {entry: join_modules(entry) for entry in ENTRIES}
     files = list(STATIC.rglob("*.js"))
     assert len({file.name for file in files}) == len(files) > 40
     for file in files:

@@ -21,7 +21,7 @@ from support.browser import PATIENCE
 from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
-from livebass.cli.page import opened
+from livebass.cli.page import open_address
 from livebass.system.interrupts import StopFlag
 from livebass.web.bench import Source
 from livebass.web.export import page_files
@@ -114,18 +114,18 @@ def test_on_a_fresh_machine_the_page_opens_at_once_and_says_what_it_waits_for(
         with urllib.request.urlopen(addresses[0], timeout=PATIENCE) as answer:
             return str(answer.read().decode())
 
-    def compile_slowly(told: Callable[[float], None]) -> None:
+    def compile_slowly(reported: Callable[[float], None]) -> None:
         seen.append(read())
-        told(0.37)
+        reported(0.37)
         seen.append(read())
 
     def ready(stop: StopFlag, _: object) -> None:
         seen.append(read())
         stop.set()
 
-    monkeypatch.setattr("livebass.web.build.cached", lambda: False)
+    monkeypatch.setattr("livebass.web.build.is_cached", lambda: False)
     monkeypatch.setattr("livebass.cli.page.page_ready", compile_slowly)
-    monkeypatch.setattr("livebass.cli.page.opened", addresses.append)
+    monkeypatch.setattr("livebass.cli.page.open_address", addresses.append)
     monkeypatch.setattr("livebass.cli.page.stop_instead", ready)
     status, out, _ = run("page", "-p", "slap")
     assert status == 0 and out.strip() == addresses[0]
@@ -154,11 +154,11 @@ def test_without_a_browser_the_address_answers_while_the_kernels_compile(tmp_pat
         assert process.stdout is not None and process.stderr is not None
         with urllib.request.urlopen(process.stdout.readline().strip(), timeout=PATIENCE) as answer:
             assert b"Compiling the strings, once" in answer.read()
-        told = process.stderr.readline()
+        reported = process.stderr.readline()
         if there != "--no-browser":
-            assert told == "no browser could be opened: open the address yourself\n"
-            told = process.stderr.readline()
-        assert told.startswith("compiling the kernels, once") and not started.exists()
+            assert reported == "no browser could be opened: open the address yourself\n"
+            reported = process.stderr.readline()
+        assert reported.startswith("compiling the kernels, once") and not started.exists()
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=PATIENCE)
         assert (process.returncode, out, err) == (130, "", "livebass: error: interrupted\n")
@@ -172,12 +172,12 @@ def test_a_browser_that_returns_when_it_is_closed_is_not_waited_for(monkeypatch:
     monkeypatch.setattr("livebass.cli.page.STARTS", 0.05)
     monkeypatch.setattr(webbrowser, "get", lambda: webbrowser.GenericBrowser("firefox"))
     monkeypatch.setattr(webbrowser, "open", lambda _: closed.wait(PATIENCE))
-    assert opened("http://there/")
+    assert open_address("http://there/")
     closed.set()
     monkeypatch.setattr("livebass.cli.page.STARTS", PATIENCE)
     for answer in (True, False):
         monkeypatch.setattr(webbrowser, "open", lambda _, answer=answer: answer)
-        assert opened("http://there/") is answer
+        assert open_address("http://there/") is answer
 
 
 @pytest.mark.parametrize(

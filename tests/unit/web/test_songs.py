@@ -12,7 +12,7 @@ import pytest
 from support.node import run
 from support.reading import differences, read_by_page, read_by_python
 from support.smf import BASS, END, chunk, events, named, note_of, smf
-from support.songs import damaged, made
+from support.songs import damaged, make
 
 from livebass import load_preset
 from livebass.score.reading import TAKE
@@ -155,7 +155,7 @@ KINDS: dict[str, bytes] = {
 SETS: dict[str, Callable[[], dict[str, bytes]]] = {
     "kinds": lambda: KINDS,
     "names": lambda: {repr(n): smf(named(b"Pad", 3, 72), named(n, 2, *LINE), named(b"Voice", 1, 41)) for n in NAMES},
-    "made up": lambda: {str(seed): made(seed).data for seed in range(MANY)},
+    "made up": lambda: {str(seed): make(seed).data for seed in range(MANY)},
     "damaged": lambda: {str(seed): damaged(seed) for seed in range(MANY)},
 }
 
@@ -192,7 +192,7 @@ def test_each_part_can_be_picked() -> None:
           [key, notes, [...song.messages(key, bass)]])];
       });
     """
-    files = [made(seed).data for seed in range(60)] + [KINDS["shared by names"], KINDS["string channels"]]
+    files = [make(seed).data for seed in range(60)] + [KINDS["shared by names"], KINDS["string channels"]]
     packed = [base64.b64encode(data).decode() for data in files]
     found = run(textwrap.dedent(script), packed)
     assert sum(len(parts) for _, parts in found) > 60

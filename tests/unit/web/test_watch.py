@@ -14,9 +14,9 @@ from support.live import RATE, feed, run_ahead, synth_and_device
 from support.watched import FINE, TOKEN, watched
 
 from livebass import load_preset
-from livebass.live.onlooker import Onlooker
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
+from livebass.live.watch_stream import Watcher
 from livebass.score.score import score_of
 from livebass.web.serve import PageServer
 from livebass.web.watch import LENGTHS, STREAM
@@ -41,7 +41,7 @@ def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead:
         run_ahead(synth, ahead)
         feed(synth, score_of(HARD, RATE))
         assert synth.bass
-        onlooker, sound = Onlooker(synth.bass), []
+        onlooker, sound = Watcher(synth.bass), []
         assert onlooker.look(0) is None
         for k in range(LOOKS * EVERY):
             sound.append(device.block(64).copy())

@@ -89,7 +89,7 @@ class ClaimResult:
         }
 
 
-def chosen(ids: Iterable[str] = ()) -> list[Claim]:
+def choose_claims(ids: Iterable[str] = ()) -> list[Claim]:
     """The claims called `ids`, each once, or all of them. Raises ValueError for an unknown one."""
     wanted = list(dict.fromkeys(ids)) or list(CLAIMS)
     for name in wanted:
@@ -112,7 +112,7 @@ def check_claims(
     Raises:
         ValueError: An unknown statement.
     """
-    return check(chosen(ids), workers, progress, plucks)
+    return check(choose_claims(ids), workers, progress, plucks)
 
 
 def check(
@@ -124,14 +124,14 @@ def check(
     fraction done. Needs SciPy. [main thread]
     """
     claims = list(claims)
-    names = needed(claims)
+    names = needed_runs(claims)
     step = steps(progress, len(names) + (plucks if any(claim.plucks for claim in claims) else 0))
     solved = runs.solve(names, workers, step)
     values = over_plucks(claims, plucks, workers, step)
     return [result(claim, solved, values.get(claim.id, ())) for claim in claims]
 
 
-def needed(claims: Iterable[Claim]) -> list[str]:
+def needed_runs(claims: Iterable[Claim]) -> list[str]:
     """Names of the runs that these claims need, each once."""
     return list(dict.fromkeys(name for claim in claims for name in claim.needs))
 
@@ -147,9 +147,9 @@ def over_plucks(
     pulls = runs.pulls(plucks if varied else 0)
 
     def measure(pull: runs.Pull) -> dict[str, Value]:
-        jobs = {name: runs.job(name, pull) for name in needed(varied)}
+        jobs = {name: runs.job(name, pull) for name in needed_runs(varied)}
         solved = {name: Solved(job.trial, job.solve()) for name, job in jobs.items()}
-        return {claim.id: _measured(claim, solved) for claim in varied}
+        return {claim.id: _measure(claim, solved) for claim in varied}
 
     with ThreadPoolExecutor(workers or core_count()) as pool:
         futures = [pool.submit(measure, pull) for pull in pulls]
@@ -170,7 +170,7 @@ def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] =
     than half of the plucks, and are represented by the list of the paper's own pluck. A number that the paper has from
     one chaotic pluck is one random draw: it holds if it lies between the quantiles LOW and HIGH of the plucks.
     """
-    measured = _measured(claim, solved)
+    measured = _measure(claim, solved)
     held = sum(map(claim.expects.holds, values))
     spread, between, passed = None, None, bool(claim.expects.holds(measured))
     if values:
@@ -187,7 +187,7 @@ def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] =
     return ClaimResult(claim, measured, passed, spread, null)
 
 
-def _measured(claim: Claim, solved: Mapping[str, Solved]) -> Value:
+def _measure(claim: Claim, solved: Mapping[str, Solved]) -> Value:
     return claim.measure(*(solved[name] for name in claim.needs))
 
 

@@ -51,41 +51,41 @@ class Near:
 
 @dataclass(frozen=True)
 class Between:
-    """A number, or each of several, from `least` to `most`."""
+    """A number, or each of several, from `minimum` to `maximum`."""
 
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
     tolerance = "none"
 
     @property
     def expected(self) -> str:
-        return f"{self.least:g} to {self.most:g}"
+        return f"{self.minimum:g} to {self.maximum:g}"
 
     def holds(self, measured: Value) -> bool:
-        return bool(numbers(measured)) and all(self.least <= v <= self.most for v in numbers(measured))
+        return bool(numbers(measured)) and all(self.minimum <= v <= self.maximum for v in numbers(measured))
 
 
 class AtLeast(Between):
-    """A number, or each of several, of `least` or more."""
+    """A number, or each of several, of `minimum` or more."""
 
-    def __init__(self, least: float) -> None:
-        super().__init__(least, math.inf)
+    def __init__(self, minimum: float) -> None:
+        super().__init__(minimum, math.inf)
 
     @property
     def expected(self) -> str:
-        return f"≥ {self.least:g}"
+        return f"≥ {self.minimum:g}"
 
 
 class AtMost(Between):
-    """A number, or each of several, of `most` or less."""
+    """A number, or each of several, of `maximum` or less."""
 
-    def __init__(self, most: float) -> None:
-        super().__init__(-math.inf, most)
+    def __init__(self, maximum: float) -> None:
+        super().__init__(-math.inf, maximum)
 
     @property
     def expected(self) -> str:
-        return f"≤ {self.most:g}"
+        return f"≤ {self.maximum:g}"
 
 
 @dataclass(frozen=True)
@@ -127,19 +127,19 @@ class Nears:
 
 @dataclass(frozen=True)
 class Rising:
-    """Ascending numbers, each above the previous by more than `least` times it."""
+    """Ascending numbers, each above the previous by more than `minimum` times it."""
 
-    least: float = 0.0
+    minimum: float = 0.0
 
     expected = "rising"
 
     @property
     def tolerance(self) -> str:
-        return f"each over the one before by more than {100 * self.least:g} %"
+        return f"each over the one before by more than {100 * self.minimum:g} %"
 
     def holds(self, measured: Value) -> bool:
         found = numbers(measured)
-        return len(found) > 1 and all(b > a * (1 + self.least) for a, b in pairwise(found))
+        return len(found) > 1 and all(b > a * (1 + self.minimum) for a, b in pairwise(found))
 
 
 @dataclass(frozen=True)

@@ -57,10 +57,10 @@ def null_rate(
 def lies_between(values: Sequence[float], low: Value, high: Value) -> bool:
     """True if each of `values` is from `low` to `high`; a limit of NaN means never and counts as above all."""
     ends = ([math.inf if math.isnan(end) else end for end in numbers(side)] for side in (low, high))
-    return all(least <= value <= most for value, least, most in zip(values, *ends, strict=True))
+    return all(minimum <= value <= maximum for value, minimum, maximum in zip(values, *ends, strict=True))
 
 
-def _shuffled(claim: Claim, measured: Value, *_: Solved) -> float:
+def _shuffle(claim: Claim, measured: Value, *_: Solved) -> float:
     values = numbers(measured)
     if len(values) <= ALL_ORDERS:
         orders = [list(order) for order in permutations(values)]
@@ -87,7 +87,7 @@ def _random_sizes(middle: list[float]) -> list[list[float]]:
 def centres(expects: Expectation) -> list[float]:
     """The central numbers of `expects`; for a range, the upper end."""
     match expects:
-        case expect.Near(expected=value) | expect.AtLeast(least=value) | expect.Between(most=value):
+        case expect.Near(expected=value) | expect.AtLeast(minimum=value) | expect.Between(maximum=value):
             return [value]
         case expect.Covers(start, end):
             return [start, end]
@@ -96,7 +96,7 @@ def centres(expects: Expectation) -> list[float]:
     raise TypeError(f"{expects}: has no number to be random about")
 
 
-SHUFFLED = expect.Null("the numbers in random order", _shuffled)
+SHUFFLED = expect.Null("the numbers in random order", _shuffle)
 SIZES = expect.Null("numbers from a tenth to ten times the bound", _sizes)
 
 

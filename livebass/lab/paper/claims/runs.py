@@ -13,12 +13,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.lab.analysis.motion import Solved, modal_energies, state_samples
-from livebass.lab.paper.cases import CASES, Case, raised
+from livebass.lab.paper.cases import CASES, Case, raise_fret
 from livebass.lab.paper.solving import Job, solve_all
 from livebass.lab.reference import solver as reference
 from livebass.model import modes
 from livebass.model.instrument import Neck
-from livebass.model.quality import MOST_MODES
+from livebass.model.quality import MAX_MODES
 from livebass.model.trial import Motion, Trial
 from livebass.rows.arrays import Floats
 from livebass.sound.analysis import characteristic_frequencies, frame_times, relative_variation, spectrogram
@@ -47,9 +47,9 @@ class Pull:
 
 def pulls(count: int) -> list[Pull]:
     """The first `count` of the plucks, evenly spread over the range left open; always the same."""
-    least, most = np.array([APEX, PLACE, ROUNDING]).T
+    minimum, maximum = np.array([APEX, PLACE, ROUNDING]).T
     random = np.random.default_rng(SEED).random((count, 3))
-    return [Pull(*map(float, row)) for row in least + random * (most - least)]
+    return [Pull(*map(float, row)) for row in minimum + random * (maximum - minimum)]
 
 
 def _with_energy(trial: Trial) -> Motion:
@@ -82,7 +82,7 @@ def _bridge(apex: float) -> Case:
 
 
 B, C = CASES["b"], CASES["c"]
-FINEST = MOST_MODES + 1  # steps of the finest grid that the engine accepts
+FINEST = MAX_MODES + 1  # steps of the finest grid that the engine accepts
 ENGINE: dict[str, Case] = CASES | {
     "b-twice": replace(B, contact_rate=16e6, duration=0.2),
     "b-coarse": replace(B, contact_rate=512e3, duration=0.2),
@@ -91,7 +91,7 @@ ENGINE: dict[str, Case] = CASES | {
     "c-twice": replace(C, contact_rate=32e6, duration=0.4),
     "c-far": replace(C, contact_rate=512e3, neck=_far),
     "b-tilted": replace(B, angle=math.radians(1)),
-    "b-fret-12": replace(B, duration=0.2, neck=raised(12, 1e-4)),
+    "b-fret-12": replace(B, duration=0.2, neck=raise_fret(12, 1e-4)),
     "oblique-free": replace(CASES["oblique"], neck=_frictionless),
     "bridge-1.5": _bridge(1.5e-3),
     "bridge-2.5": _bridge(2.5e-3),
@@ -251,7 +251,7 @@ def contrasts(
     return [level(f) - (level(f - width) + level(f + width)) / 2 for f in frequencies]
 
 
-def perturbed(run: Solved) -> float:
+def perturbed_end(run: Solved) -> float:
     """End of the perturbed zone of the spectrogram, s: the centre of its last frame whose gaps are `FILLED`.
 
     The power halfway between the partials up to 8 kHz relative to the partials; -50 dB for a string without contacts.

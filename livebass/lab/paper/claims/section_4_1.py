@@ -47,7 +47,7 @@ def second_hit(run: Solved) -> Value:
     return runs.first_time(times[times > run.contacts.time_s[run.sets[0][-1]]]) if run.sets else math.nan
 
 
-def released(run: Solved) -> list[float]:
+def at_release(run: Solved) -> list[float]:
     """Greatest displacement along u and along v at the release, m."""
     states = run.motion.states
     if states is None or states.shape[1] < 2:
@@ -58,7 +58,7 @@ def released(run: Solved) -> list[float]:
 
 def angle(run: Solved) -> Value:
     """Angle between the plane of the pluck and (xOy), degrees."""
-    up, across = released(run)
+    up, across = at_release(run)
     return math.degrees(math.atan2(up, across))
 
 
@@ -92,7 +92,7 @@ def highest_centroid(run: Solved) -> float:
     return float(nu[time < EARLY].max())
 
 
-def least_ratio(above: Solved, below: Solved) -> Value:
+def min_ratio(above: Solved, below: Solved) -> Value:
     """Least ratio of the characteristic frequencies of `above` and `below` over all times."""
     return float((runs.centroid(above)[1] / runs.centroid(below)[1]).min())
 
@@ -253,7 +253,7 @@ CLAIMS = (
     ),
     Claim(
         "oblique-pluck", "4.1.3, fig. 9", "The oblique pluck is 3.1 mm up and 2.2 mm across",
-        "greatest u and v at the release", "m", Nears((3.1e-3, 2.2e-3), 0.02), SETUP, ("oblique",), released,
+        "greatest u and v at the release", "m", Nears((3.1e-3, 2.2e-3), 0.02), SETUP, ("oblique",), at_release,
     ),
     Claim(
         "oblique-rest", "2.1, eq. 7", "Under this friction the string comes to rest in one place only, the middle",
@@ -315,7 +315,7 @@ CLAIMS = (
     ),
     Claim(
         "c-centroid", "4.1.2, fig. 6", "The characteristic frequency of case C is well above that of case B throughout",
-        "nu_c of C over that of B, the least of 1 s", "", AtLeast(1.2), OURS, ("c", "b"), least_ratio,
+        "nu_c of C over that of B, the least of 1 s", "", AtLeast(1.2), OURS, ("c", "b"), min_ratio,
     ),
     Claim(
         "c-glide-size", "4.1.2, fig. 7b", "Case C: the glide is of the size of the axis, whose last mark is 0.3",

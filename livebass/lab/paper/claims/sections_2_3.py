@@ -47,7 +47,7 @@ def _law(s: Speaking) -> Speaking:
     return replace(s, string=replace(s.string, measured_frequencies=(), measured_dampings=()))
 
 
-def _measured(s: Speaking) -> tuple[Floats, Floats]:
+def _measured_modes(s: Speaking) -> tuple[Floats, Floats]:
     """Frequencies (Hz) and dampings (1/s) of the 34 measured modes."""
     return np.array(s.string.measured_frequencies), np.array(s.string.measured_dampings)
 
@@ -68,18 +68,18 @@ def inharmonicity() -> Value:
     j = np.arange(1, 35)[FIT]
     ideal = j * s.string.nominal_fundamental
     bend = ideal * j**2 / 2
-    return float(bend @ (_measured(s)[0][FIT] - ideal) / (bend @ bend))
+    return float(bend @ (_measured_modes(s)[0][FIT] - ideal) / (bend @ bend))
 
 
 def frequency_error(part: slice = slice(None)) -> Value:
     """Greatest relative error of eq. 8 over some of the 34 measured modes."""
     s = _string()
-    return float(np.abs(modes.frequencies(_law(s), 34) / _measured(s)[0] - 1)[part].max())
+    return float(np.abs(modes.frequencies(_law(s), 34) / _measured_modes(s)[0] - 1)[part].max())
 
 
 def quality_error() -> Value:
     s = _string()
-    nu, sigma = _measured(s)
+    nu, sigma = _measured_modes(s)
     quality = modes.frequencies(_law(s), 34) / modes.dampings(_law(s), 34)
     return float(np.median(np.abs(quality / (nu / sigma) - 1)[FIT]))
 
@@ -87,7 +87,7 @@ def quality_error() -> Value:
 def quality_without_neck() -> Value:
     """Q of the model without the neck over the measured Q: medians up to 2 kHz and from 3 to 3.4 kHz."""
     s = _string()
-    nu, sigma = _measured(s)
+    nu, sigma = _measured_modes(s)
     bare = modes.dampings(_law(s), 34) - _neck_dampings(s, 34)
     ratio = modes.frequencies(_law(s), 34) / bare / (nu / sigma)
     return [float(np.median(ratio[LOW])), float(np.median(ratio[30:]))]

@@ -17,7 +17,7 @@ from livebass.model.modes import frequencies
 from livebass.model.trial import initial_amplitudes
 from livebass.report.text import runs
 from livebass.rows.arrays import Floats
-from livebass.sound.analysis import PAPER_RATE, Spectrogram, relative_variation, resampled, spectrogram_db
+from livebass.sound.analysis import PAPER_RATE, Spectrogram, relative_variation, resample, spectrogram_db
 
 STATES = 200  # times at which the state of the modes is saved
 WAV_RATE = 44_100  # Hz, of the paper's sounds
@@ -49,7 +49,7 @@ def initial_shape(solved: Solved) -> Floats:
 
 def sound(name: str, caption: str, solved: Solved, across: bool = False) -> Sound:
     """The displacement at its sensor at 44.1 kHz, the rate of the paper's sounds."""
-    return Sound(name, caption, resampled(solved.displacement(across), round(solved.rate), WAV_RATE), WAV_RATE)
+    return Sound(name, caption, resample(solved.displacement(across), round(solved.rate), WAV_RATE), WAV_RATE)
 
 
 def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
@@ -81,15 +81,17 @@ def places(solved: Solved, points: list[int]) -> str:
     return f"{s.contact_position[points[0]] * 1e3:.0f} to {s.contact_position[points[-1]] * 1e3:.0f} mm"
 
 
-def sets_table(motions: Mapping[str, Solved], most: int = 12) -> Table:
-    """The first `most` sets of contacts of each motion."""
+def sets_table(motions: Mapping[str, Solved], maximum: int = 12) -> Table:
+    """The first `maximum` sets of contacts of each motion."""
     rows = [
         (title, k + 1, round(first * 1e3, 3), round(last * 1e3, 3), len(points), places(solved, points))
         for title, solved in motions.items()
-        for k, (first, last, points) in enumerate(sets_of(solved)[:most])
+        for k, (first, last, points) in enumerate(sets_of(solved)[:maximum])
     ]
     columns = "case", "set", "first contact (ms)", "last contact (ms)", "frets or points", "which"
-    return Table("contact-sets", f"The first {most} sets of contacts: 4 ms without a new one end a set", columns, rows)
+    return Table(
+        "contact-sets", f"The first {maximum} sets of contacts: 4 ms without a new one end a set", columns, rows
+    )
 
 
 def contacts_table(name: str, solved: Solved) -> Table:
@@ -179,7 +181,7 @@ def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
     found.numbers[name] = numbers(solved)
 
 
-def gathered(motions: Mapping[str, Solved]) -> Findings:
+def gather(motions: Mapping[str, Solved]) -> Findings:
     """Data, sounds and numbers of several cases of the paper, by name."""
     found = Findings()
     for name, solved in motions.items():

@@ -88,8 +88,8 @@ def legend(*axes: Any) -> None:
     pairs = [axis.get_legend_handles_labels() for axis in axes]
     handles = [h for pair in pairs for h in pair[0]]
     labels = [label for pair in pairs for label in pair[1]]
-    most = max(1, min(4, LEGEND_ROOM // (6 + max(map(len, labels), default=0))))  # 6: the line or mark before it
+    limit = max(1, min(4, LEGEND_ROOM // (6 + max(map(len, labels), default=0))))  # 6: the line or mark before it
     axes[0].legend(
-        handles, labels, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(most, len(labels)),
+        handles, labels, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(limit, len(labels)),
         frameon=False,
     )  # fmt: skip

@@ -93,7 +93,7 @@ def case_b(motions: Mapping[str, Solved]) -> Findings:
 def oblique(motions: Mapping[str, Solved]) -> Findings:
     """The study `oblique`: figure 9, and the contacts as in figure 7."""
     solved = motions["oblique"]
-    found = measure.gathered({"oblique": solved})
+    found = measure.gather({"oblique": solved})
     found.pictures += [figure_9(solved), figure_7("contacts", "Oblique pluck", {"oblique": solved})]
     return found
 
@@ -109,10 +109,12 @@ def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
         time_s, moved = solved.motion.time_s, solved.displacement()
         panels.displacement(axes["all"], time_s, moved)
         _draw_zooms([axes[k] for k in range(3)], time_s, moved)
-    return Picture(name, f"{_named(motions)}displacement at the sensor, and zooms (figure 4 of the paper)", drawn)
+    return Picture(
+        name, f"{_caption_start(motions)}displacement at the sensor, and zooms (figure 4 of the paper)", drawn
+    )
 
 
-def _named(motions: Mapping[str, Solved]) -> str:
+def _caption_start(motions: Mapping[str, Solved]) -> str:
     """The beginning of a caption: the title of a single motion, which its figure does not repeat."""
     return f"{next(iter(motions))}: " if len(motions) == 1 else "Case by case: "
 

@@ -20,7 +20,7 @@ NECKS = ("neck", "half-straight", "straight", "sixth-fret")
 def dispersion(motions: Mapping[str, Solved]) -> Findings:
     """The study `dispersion`: figures 7a and 10, case B with dispersion and with harmonic partials."""
     titled = {"with dispersion": motions["b"], "without dispersion": motions["harmonic"]}
-    found = measure.gathered(motions)
+    found = measure.gather(motions)
     found.pictures = [
         figure_7("contacts", "Figure 7a", titled),
         figure_5("spectrogram", "Without dispersion", motions["harmonic"], glide=False),
@@ -31,7 +31,7 @@ def dispersion(motions: Mapping[str, Solved]) -> Findings:
 
 def plucking_point(motions: Mapping[str, Solved]) -> Findings:
     """The study `plucking-point`: figure 11, spectrograms and first shapes for three points, and their contacts."""
-    found = measure.gathered({name: motions[name] for name in PLUCKED})
+    found = measure.gather({name: motions[name] for name in PLUCKED})
     titled = {CASES[name].title: motions[name] for name in PLUCKED}
     found.pictures = [
         _spectrograms(titled, "figure 11"),
@@ -44,7 +44,7 @@ def plucking_point(motions: Mapping[str, Solved]) -> Findings:
 
 def neck(motions: Mapping[str, Solved]) -> Findings:
     """The study `neck`: figure 12, spectrograms over four necks, and the contacts with those that the string meets."""
-    found = measure.gathered({name: motions[name] for name in NECKS})
+    found = measure.gather({name: motions[name] for name in NECKS})
     titled = {CASES[name].title: motions[name] for name in NECKS}
     found.pictures = [_spectrograms(titled, "figure 12")]
     rattling = {title: solved for title, solved in titled.items() if solved.motion.contact_step.size}
@@ -58,7 +58,7 @@ def neck(motions: Mapping[str, Solved]) -> Findings:
 def stiffness(motions: Mapping[str, Solved]) -> Findings:
     """The study `stiffness`: figure 13, soft frets, and their contacts compared with those of hard frets."""
     titled = {"K = 1e9": motions["soft"], "K = 1e13": motions["b"]}
-    found = measure.gathered(motions)
+    found = measure.gather(motions)
     found.pictures = [
         figure_5("spectrogram", "K = 1e9", motions["soft"]),
         figure_7("contacts", "K = 1e9", {"K = 1e9": motions["soft"]}),

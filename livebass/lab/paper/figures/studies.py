@@ -14,7 +14,7 @@ from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.claims import check, runs
 from livebass.lab.paper.figures import measure, output, section_4, section_4_1, section_4_2, sections_2_3
 from livebass.lab.paper.figures.study import Findings, Study, Table
-from livebass.lab.paper.solving import Job, shared, solve_in_turn
+from livebass.lab.paper.solving import Job, share_jobs, solve_in_turn
 from livebass.report.picture import check_installed
 from livebass.report.progress import Progress, Say, silent, steps
 from livebass.report.text import json_text
@@ -28,12 +28,12 @@ def cases(*names: str) -> Callable[[float | None], dict[str, Job]]:
 
 def statement_jobs(duration: float | None) -> dict[str, Job]:
     """The runs of all claims, at the paper's durations; ignores `duration`."""
-    return {name: runs.job(name) for name in check.needed(check.chosen())}
+    return {name: runs.job(name) for name in check.needed_runs(check.choose_claims())}
 
 
 def statements(motions: Mapping[str, Solved]) -> Findings:
     """The study `statements`: checks every claim, claims about contacts over many plucks."""
-    claims = check.chosen()
+    claims = check.choose_claims()
     values = check.over_plucks(claims, check.PLUCKS)
     results = [check.result(claim, motions, values.get(claim.id, ())) for claim in claims]
     parts = check.parts(results)
@@ -108,16 +108,16 @@ STUDIES = {
 }  # fmt: skip
 
 
-def chosen(names: Iterable[str]) -> list[Study]:
+def choose_studies(names: Iterable[str]) -> list[Study]:
     """The studies called `names`, "all" for all, each once, in the order of the table.
 
     Raises ValueError, which lists them, for an unknown name.
     """
-    asked = [name.lower() for name in names]
-    for name in asked:
+    requested = [name.lower() for name in names]
+    for name in requested:
         if name not in STUDIES and name != "all":
             raise ValueError(f"study {name!r}: unknown; there are {', '.join(STUDIES)}, or all")
-    return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
+    return [study for name, study in STUDIES.items() if name in requested or "all" in requested]
 
 
 PAGE = "index.html"
@@ -149,7 +149,7 @@ def run_studies(
     began = time.perf_counter()
     needed = {study.name: study.jobs(duration) for study in studies}
     jobs = [job for by_name in needed.values() for job in by_name.values()]
-    solutions = len(set(shared(jobs).values()))
+    solutions = len(set(share_jobs(jobs).values()))
     step = steps(progress, solutions + len(studies))
     with Transaction() as files:
         _claim(files, studies, directory, json_file)

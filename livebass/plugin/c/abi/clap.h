@@ -133,7 +133,7 @@ typedef struct clap_plugin {
     void *data;
     bool (*init)(const struct clap_plugin *);
     void (*destroy)(const struct clap_plugin *);
-    bool (*activate)(const struct clap_plugin *, double rate, uint32_t least_frames, uint32_t most_frames);
+    bool (*activate)(const struct clap_plugin *, double rate, uint32_t min_frames, uint32_t max_frames);
     void (*deactivate)(const struct clap_plugin *);
     bool (*start_processing)(const struct clap_plugin *);
     void (*stop_processing)(const struct clap_plugin *);
@@ -205,7 +205,7 @@ typedef struct {
     uint32_t id, flags;
     void *cookie;
     char name[CLAP_NAME], module[CLAP_PATH];
-    double least, most, usual;
+    double minimum, maximum, default_value;
 } clap_param_info;
 
 typedef struct {

@@ -194,7 +194,7 @@ typedef struct {
 } vst3_process_data;
 
 typedef struct {
-    int32_t mode, sample_size, most_frames;
+    int32_t mode, sample_size, max_frames;
     double rate;
 } vst3_setup;
 
@@ -216,7 +216,7 @@ typedef struct {
     uint32_t id;
     vst3_text title, short_title, unit_name;
     int32_t steps;
-    double usual; /* 0 to 1 */
+    double default_value; /* 0 to 1 */
     int32_t unit, flags;
 } vst3_parameter;
 
@@ -238,7 +238,7 @@ typedef struct {
     uint32_t type;
     vst3_text title, short_title, unit_name;
     int32_t unit;
-    double usual, least, most;
+    double default_value, minimum, maximum;
     int32_t steps;
     uint32_t parameter;
     int32_t flags;
@@ -248,7 +248,7 @@ enum { VST3_BEFORE_NOTES = 0 }; /* key switches: pressed before a note, or as it
 typedef struct {
     uint32_t type;
     vst3_text title, short_title;
-    int32_t least, most, remapped, unit, flags; /* keys, -1: none */
+    int32_t minimum, maximum, remapped, unit, flags; /* keys, -1: none */
 } vst3_switch;
 
 /* Motions on a keyboard, and their note expressions. */

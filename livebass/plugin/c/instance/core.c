@@ -18,7 +18,7 @@
 #define MESSAGES 4096 /* in each ring */
 #define AT_ONCE 48 /* most parameters and bends taken at once ... */
 #define EACH 16    /* ... plus one per so many frames */
-_Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
+_Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MAX_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
 #define OLD_MAGIC "LIVEBASS" /* of instrument files before format 1 */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
@@ -114,7 +114,7 @@ static int read_bytes(file *f, const char *path, char *error, size_t room) {
     f->words = 0;
     if (!in || fseek(in, 0, SEEK_END) || (size = ftell(in)) < 0 || fseek(in, 0, SEEK_SET)) {
         snprintf(error, room, "%s: cannot be read", path);
-    } else if (size > LB_MOST_BYTES) {
+    } else if (size > LB_MAX_BYTES) {
         snprintf(error, room, "%s: not an instrument file", path);
     } else if (!(f->words = new_lines(size + 8))) {
         snprintf(error, room, "%s: no memory for it", path);
@@ -439,7 +439,7 @@ static void push(lb_synth *s, int64_t offset, int kind, int number, double value
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-/* Sends an event that is no note, if `number`, without its channel, is below `end`. The kernels take LB_MOST_MESSAGES
+/* Sends an event that is no note, if `number`, without its channel, is below `end`. The kernels take LB_MAX_MESSAGES
    per chunk: with more of these events, notes after them would be late and finally lost. */
 static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
     const int64_t frame = s->record.frame + offset;
@@ -606,7 +606,7 @@ struct lb_shelf {
     char folder[PATH];
     int count, listed; /* listed: those that came with the plugin */
     details *all;
-    place places[LB_MOST_BASSES];
+    place places[LB_MAX_BASSES];
 };
 
 static const details *details_of(const lb_shelf *s, int k) { return __atomic_load_n(&s->places[k].now, __ATOMIC_ACQUIRE); }
@@ -781,7 +781,7 @@ int lb_keep_bass(lb_shelf *s, const char *name, const void *bytes, size_t count,
     if (!d) d = new_details(s, &source, title, error, room);
     leave();
     if (!d) return -1;
-    if (k < 0 && s->count < LB_MOST_BASSES && strlen(name) < NAME) {
+    if (k < 0 && s->count < LB_MAX_BASSES && strlen(name) < NAME) {
         place *p = &s->places[s->count];
         strcpy(p->name, name);
         snprintf(p->title, sizeof p->title, "%s", *title ? title : name);
@@ -812,7 +812,7 @@ uint64_t lb_kept_sum(const lb_shelf *s, int k) {
 static void add(lb_shelf *s, const char *folder, const char *name) {
     char title[NAME] = "", error[PATH];
     const size_t length = strlen(name);
-    if (s->count < 0 || s->count >= LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
+    if (s->count < 0 || s->count >= LB_MAX_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
     place *p = &s->places[s->count];
     if (snprintf(p->path, PATH, "%s/%s" ENDING, folder, name) >= PATH) return;
     strcpy(p->name, name);
@@ -831,7 +831,7 @@ static void add_listed(lb_shelf *s, const char *folder) {
         char *quality = strchr(line, ' ');
         if (quality) *quality++ = 0;
         add(s, folder, line);
-        if (quality && before >= 0 && before < LB_MOST_BASSES && s->count > before)
+        if (quality && before >= 0 && before < LB_MAX_BASSES && s->count > before)
             s->places[before].quality = !strcmp(quality, lb_parameters[LB_QUALITY].points[LB_STUDIO]);
     }
     if (in) fclose(in);

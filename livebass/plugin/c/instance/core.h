@@ -129,7 +129,7 @@ void lb_relieve(lb_synth *, int on);
 typedef struct lb_shelf lb_shelf;
 lb_shelf *lb_open_shelf(const char *folder);
 const char *lb_shelf_folder(const lb_shelf *);           /* of the plugin's own instruments */
-int lb_shelf_count(const lb_shelf *);                    /* at most LB_MOST_BASSES */
+int lb_shelf_count(const lb_shelf *);                    /* at most LB_MAX_BASSES */
 const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without .lbass: what sessions save */
 const char *lb_shelf_title(const lb_shelf *, int);       /* the file's title, for people; followed by its name if an
                                                             earlier one has the same title */

@@ -33,7 +33,7 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     char line[LINE];
     i->kernels = lb_best_kernels();
     i->shelf = lb_open_shelf(folder);
-    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
+    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_default(i, k);
     lb_begin_sides(i);
     lb_join_master();
     i->joined = 1;
@@ -87,7 +87,7 @@ static void take_sliders(lb_instance *i, const double *built) {
     for (int k = 0; k < LB_BUILT; k++) {
         if (built[k] == lb_value(i, lb_sliders[k])) continue;
         lb_set_value(i, lb_sliders[k], built[k]);
-        __atomic_fetch_or(&i->untold, 1ull << lb_sliders[k], __ATOMIC_RELEASE);
+        __atomic_fetch_or(&i->unsent, 1ull << lb_sliders[k], __ATOMIC_RELEASE);
     }
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
 }
@@ -256,7 +256,7 @@ static void follow_stroke(lb_instance *i) {
     i->audio.stroke = stroke;
     if (stroke == before || stroke == lb_value(i, LB_TECHNIQUE)) return;
     lb_set_value(i, LB_TECHNIQUE, stroke);
-    __atomic_fetch_or(&i->untold, 1ull << LB_TECHNIQUE, __ATOMIC_RELEASE);
+    __atomic_fetch_or(&i->unsent, 1ull << LB_TECHNIQUE, __ATOMIC_RELEASE);
 }
 
 /* Plays frames from `from` to below `end` of a block. */

@@ -79,14 +79,14 @@ typedef struct { /* the last note of a key of a channel */
     int32_t id;    /* the host's number for it; -1: none */
     uint8_t state; /* of notes.c */
     double retuning; /* semitones, by a master (retuning.h) */
-    uint8_t untold[LB_EXPRESSIONS]; /* tell the synth this amount in the next block */
+    uint8_t unsent[LB_EXPRESSIONS]; /* tell the synth this amount in the next block */
     double amounts[LB_EXPRESSIONS];
 } lb_note;
 
 typedef struct { /* the audio thread's side: no other thread touches it while the instance plays */
     LB_OWNER(owner)
     lb_note notes[LB_NOTES]; /* [channel * LB_KEYS + key] */
-    int untold;              /* notes may have untold amounts */
+    int unsent;              /* notes may have untold amounts */
     int retuned;             /* notes may be retuned */
     int64_t programs;        /* program changes answered so far */
     double stroke;           /* LB_TECHNIQUE as the synth had it last */
@@ -135,7 +135,7 @@ typedef struct {
     /* Every thread reads and writes these, with atomic operations: */
     double values[LB_PARAMETERS];
     uint64_t changed; /* parameters the synth does not know yet, a bit each ... */
-    uint64_t untold;  /* ... and those that the host does not: moved by a controller or a key, or held within limits */
+    uint64_t unsent;  /* ... and those that the host does not: moved by a controller or a key, or held within limits */
     int64_t seed;
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     int offline; /* the host does not play in real time: it can wait for a change of bass */
@@ -204,9 +204,9 @@ int lb_parameter_called(const char *symbol); /* by its symbol or an older one; -
 int lb_is_slider(int parameter); /* on the bench: it changes the bass */
 /* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the usual value. */
 double lb_allowed(const lb_instance *, int parameter, double value);
-double lb_most(const lb_instance *, int parameter);
+double lb_maximum(const lb_instance *, int parameter);
 /* The value in a new instance: the quality is the first bass's in the instrument list. */
-double lb_usual(const lb_instance *, int parameter);
+double lb_default(const lb_instance *, int parameter);
 /* Sets a value for the next block on. With a new bass the quality becomes the one listed for it, if it was the one
    listed for the old bass. [any thread] */
 void lb_set_value(lb_instance *, int parameter, double value);
@@ -233,7 +233,7 @@ int lb_learned_by(const lb_instance *, int controller); /* the parameter that a 
 void lb_forget(lb_instance *, int parameter);           /* frees it from its controller. [any thread] */
 /* Moves a parameter for MIDI of a controller that has learned it; returns 0 for all other MIDI. [audio thread] */
 int lb_take_learned(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
-/* Takes a parameter from `untold`; -1: there is none. [audio thread] */
+/* Takes a parameter from `unsent`; -1: there is none. [audio thread] */
 int lb_next_moved(lb_instance *);
 /* Writes the learned controllers, for states, and restores them. */
 void lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
@@ -334,7 +334,7 @@ char *lb_read_unknown(const lb_instance *); /* a copy by malloc; 0: there is non
 
 /* --- of session.c --- */
 
-enum { LB_MOST_STATE = 8 << 20 /* bytes */ };
+enum { LB_MAX_STATE = 8 << 20 /* bytes */ };
 /* The state as a text, allocated by malloc: writes its bytes. 0: there is no memory. [not the audio thread] */
 void *lb_new_state(lb_instance *, size_t *count);
 /* Loads a state; if it is not valid, returns 0 after a line in the log and changes nothing. [main thread] */
@@ -359,7 +359,7 @@ void lb_take_kept(lb_instance *, lb_kept *);
 
 /* --- of sounds.c: files, each with a bass by name and all values of a side --- */
 
-enum { LB_MOST_TEXT = 8192 };  /* bytes in a sound's text or a link, with the final zero */
+enum { LB_MAX_TEXT = 8192 };  /* bytes in a sound's text or a link, with the final zero */
 #define LB_SOUND_ENDING "toml" /* its file's extension */
 /* Reads a file; returns the fault, to follow a name: "is empty"; 0: none. [not the audio thread] */
 const char *lb_read_sound(const char *path, lb_kept *);

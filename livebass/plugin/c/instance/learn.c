@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127, VOLUME_LAW = 40 /* dB for a factor of ten */ };
-_Static_assert(LB_PARAMETERS <= 64, "a bit each of `untold`");
+enum { CONTROLLER = 0xB0, MIDDLE = 64, MAXIMUM = 127, VOLUME_LAW = 40 /* dB for a factor of ten */ };
+_Static_assert(LB_PARAMETERS <= 64, "a bit each of `unsent`");
 static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences, not from knobs */
 
 static int may_learn(int parameter) {
@@ -32,12 +32,12 @@ int lb_learned_by(const lb_instance *i, int controller) {
 /* The parameter value for a controller's value, as in the kernels (value_at of kernels/player/parameters.py): gain as a
    volume controller, names in equal parts (here all strokes), the middle as 0 if a parameter has both signs. */
 static double value_of(const lb_instance *i, int parameter, int seven) {
-    const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
-    if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;
-    const int names = (int)(most - least + 1), name = seven * names / (MOST + 1);
-    if (lb_parameters[parameter].points) return least + name;
-    if (least >= 0) return least + (most - least) * seven / MOST;
-    return seven <= MIDDLE ? least * (MIDDLE - seven) / MIDDLE : most * (seven - MIDDLE) / (MOST - MIDDLE);
+    const double minimum = lb_parameters[parameter].minimum, maximum = lb_maximum(i, parameter);
+    if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MAXIMUM), minimum) : minimum;
+    const int names = (int)(maximum - minimum + 1), name = seven * names / (MAXIMUM + 1);
+    if (lb_parameters[parameter].points) return minimum + name;
+    if (minimum >= 0) return minimum + (maximum - minimum) * seven / MAXIMUM;
+    return seven <= MIDDLE ? minimum * (MIDDLE - seven) / MIDDLE : maximum * (seven - MIDDLE) / (MAXIMUM - MIDDLE);
 }
 
 int lb_take_learned(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
@@ -50,16 +50,16 @@ int lb_take_learned(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t
     }
     const int parameter = lb_learned_by(i, controller);
     if (parameter < 0) return 0;
-    lb_set_value_at(i, offset, parameter, value_of(i, parameter, bytes[2] & MOST));
-    __atomic_fetch_or(&i->untold, 1ull << parameter, __ATOMIC_RELEASE);
+    lb_set_value_at(i, offset, parameter, value_of(i, parameter, bytes[2] & MAXIMUM));
+    __atomic_fetch_or(&i->unsent, 1ull << parameter, __ATOMIC_RELEASE);
     return 1;
 }
 
 int lb_next_moved(lb_instance *i) {
     LB_ALONE(i->audio.owner);
-    const uint64_t moved = __atomic_load_n(&i->untold, __ATOMIC_ACQUIRE);
+    const uint64_t moved = __atomic_load_n(&i->unsent, __ATOMIC_ACQUIRE);
     if (!moved) return -1;
-    __atomic_fetch_and(&i->untold, ~(moved & -moved), __ATOMIC_ACQUIRE);
+    __atomic_fetch_and(&i->unsent, ~(moved & -moved), __ATOMIC_ACQUIRE);
     return __builtin_ctzll(moved);
 }
 

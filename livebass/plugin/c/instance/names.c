@@ -9,7 +9,7 @@
 /* Decodes a letter in UTF-8 from `at` on; returns its number of bytes, 0: it is not one. */
 static size_t decode(const uint8_t *at, size_t left, int32_t *to) {
     const size_t bytes = *at < 0x80 ? 1 : *at >= 0xF0 ? 4 : *at >= 0xE0 ? 3 : 2;
-    static const int32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
+    static const int32_t minimum[] = {0, 0, 0x80, 0x800, 0x10000};
     if (bytes > left || (*at >= 0x80 && *at < 0xC2) || *at > 0xF4) return 0;
     int32_t letter = bytes == 1 ? *at : *at & (0x7F >> bytes);
     for (size_t k = 1; k < bytes; k++) {
@@ -17,7 +17,7 @@ static size_t decode(const uint8_t *at, size_t left, int32_t *to) {
         letter = letter << 6 | (at[k] & 0x3F);
     }
     *to = letter;
-    return letter < least[bytes] || letter > 0x10FFFF || (letter >= 0xD800 && letter < 0xE000) ? 0 : bytes;
+    return letter < minimum[bytes] || letter > 0x10FFFF || (letter >= 0xD800 && letter < 0xE000) ? 0 : bytes;
 }
 
 static int is_utf8(const uint8_t *bytes, size_t count) {

@@ -18,7 +18,7 @@ static void send(lb_instance *i, int64_t offset, int status, int first, int seco
 void lb_forget_notes(lb_instance *i) {
     memset(i->audio.notes, 0, sizeof i->audio.notes);
     for (int n = 0; n < LB_NOTES; n++) i->audio.notes[n].id = -1;
-    i->audio.untold = 0;
+    i->audio.unsent = 0;
 }
 
 /* --- expressions --- */
@@ -27,11 +27,11 @@ void lb_forget_notes(lb_instance *i) {
 static void express(lb_instance *i, int64_t offset, int n, int what, double amount) {
     lb_note *note = &i->audio.notes[n];
     const int bends = what == LB_EXPRESS_BEND;
-    const int told = bends ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount + note->retuning)
+    const int reported = bends ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount + note->retuning)
                                      : lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
     note->amounts[what] = amount;
-    note->untold[what] = !told;
-    i->audio.untold |= !told;
+    note->unsent[what] = !reported;
+    i->audio.unsent |= !reported;
 }
 
 /* Tunes note n as the master wants it. */
@@ -48,11 +48,11 @@ void lb_tell_notes(lb_instance *i) {
     const int tuned = lb_has_master();
     for (int n = 0; n < LB_NOTES && (tuned || i->audio.retuned); n++) retune(i, 0, n);
     i->audio.retuned = tuned;
-    if (!i->audio.untold) return;
-    i->audio.untold = 0;
+    if (!i->audio.unsent) return;
+    i->audio.unsent = 0;
     for (int what = 0; what < LB_EXPRESSIONS; what++)
         for (int n = 0; n < LB_NOTES; n++)
-            if (i->audio.notes[n].untold[what]) express(i, 0, n, what, i->audio.notes[n].amounts[what]);
+            if (i->audio.notes[n].unsent[what]) express(i, 0, n, what, i->audio.notes[n].amounts[what]);
 }
 
 int lb_is_left_out(const lb_instance *i, int channel, int key) {

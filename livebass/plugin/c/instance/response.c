@@ -9,7 +9,7 @@
 #define MAGIC "LBIMPULS"
 #define ENDING ".wav"
 #define LEAD 1e-3 /* of the loudest sample of all channels: the first channel as loud is played */
-enum { LONGEST_FILE = 60 /* s */, MOST_FILE = 64 << 20 /* bytes */, MOST_LOUD = 100 /* of full scale */ };
+enum { LONGEST_FILE = 60 /* s */, MAX_FILE = 64 << 20 /* bytes */, MAX_LOUD = 100 /* of full scale */ };
 enum { WHOLE = 1, REAL = 3, EXTENSIBLE = 0xFFFE }; /* a WAV file's kinds of samples */
 
 /* --- as kept --- */
@@ -61,12 +61,12 @@ static int is_name(const char *name) {
 
 static int is_good(const lb_response_head *h, size_t size) {
     if (size < sizeof *h || memcmp(h->magic, MAGIC, sizeof h->magic)) return 0;
-    if (!(h->rate >= LB_LEAST_RATE && h->rate <= LB_MOST_RATE)) return 0;
+    if (!(h->rate >= LB_MIN_RATE && h->rate <= LB_MAX_RATE)) return 0;
     if (h->count < 1 || (double)h->count > LB_LONGEST * h->rate || size != kept_size(h->count)) return 0;
     if (!memchr(h->name, 0, sizeof h->name) || !is_name(h->name)) return 0;
     const float *samples = (const float *)(h + 1);
     for (int64_t k = 0; k < h->count; k++)
-        if (!(fabsf(samples[k]) <= MOST_LOUD)) return 0;
+        if (!(fabsf(samples[k]) <= MAX_LOUD)) return 0;
     return 1;
 }
 
@@ -160,7 +160,7 @@ static int channel_of(const wave *w, double *loudest) {
 static const char *make(const wave *w, const char *name, const lb_kernels *kernels, lb_response **to) {
     double loudest = 0, *samples = malloc((size_t)w->frames * sizeof *samples);
     const int channel = channel_of(w, &loudest);
-    const char *why = !samples ? "has no memory" : !(loudest <= MOST_LOUD) ? "is too loud" : 0;
+    const char *why = !samples ? "has no memory" : !(loudest <= MAX_LOUD) ? "is too loud" : 0;
     lb_response *r = 0;
     if (!why) {
         for (int64_t k = 0; k < w->frames; k++) samples[k] = sample_at(w, k, channel);
@@ -189,14 +189,14 @@ static const char *make(const wave *w, const char *name, const lb_kernels *kerne
 const char *lb_read_response(const char *path, const lb_kernels *kernels, lb_response **to) {
     char name[LB_STATE_NAME];
     FILE *in = lb_open_file(path, "rb");
-    uint8_t *bytes = in ? malloc(MOST_FILE + 1) : 0;
-    const size_t size = bytes ? fread(bytes, 1, MOST_FILE + 1, in) : 0;
+    uint8_t *bytes = in ? malloc(MAX_FILE + 1) : 0;
+    const size_t size = bytes ? fread(bytes, 1, MAX_FILE + 1, in) : 0;
     wave w = {0};
     *to = 0;
     if (in) fclose(in);
     const char *why = !size ? "cannot be read" : !parse_wave(bytes, size, &w) ? "is not a WAV file" : 0;
-    if (!why && !(w.rate >= LB_LEAST_RATE && w.rate <= LB_MOST_RATE)) why = "must have a rate from 8 to 192 kHz";
-    if (!why && (size > MOST_FILE || (double)w.frames > LONGEST_FILE * w.rate)) why = "lasts longer than 1 s";
+    if (!why && !(w.rate >= LB_MIN_RATE && w.rate <= LB_MAX_RATE)) why = "must have a rate from 8 to 192 kHz";
+    if (!why && (size > MAX_FILE || (double)w.frames > LONGEST_FILE * w.rate)) why = "lasts longer than 1 s";
     snprintf(name, sizeof name, "%s", lb_file_name(path));
     char *dot = strrchr(name, '.');
     if (dot) *dot = 0;
@@ -224,12 +224,12 @@ typedef struct {
 static void add_name(void *to, const char *folder, const char *name) {
     list *l = to;
     (void)folder;
-    if (l->count < LB_MOST_RESPONSES) strcpy(l->names[l->count++], name);
+    if (l->count < LB_MAX_RESPONSES) strcpy(l->names[l->count++], name);
 }
 
 static int by_name(const void *a, const void *b) { return strcmp(a, b); }
 
-int lb_list_responses(char names[LB_MOST_RESPONSES][LB_FILE_NAME]) {
+int lb_list_responses(char names[LB_MAX_RESPONSES][LB_FILE_NAME]) {
     char folder[LB_PATH];
     list l = {names, 0};
     if (folder_of(folder)) lb_each_file(folder, ENDING, add_name, &l);

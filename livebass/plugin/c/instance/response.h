@@ -3,8 +3,8 @@
 #define LB_RESPONSE_H
 #include "instance/instance.h"
 
-enum { LB_MOST_RESPONSE = (int)(LB_LONGEST * LB_MOST_RATE) }; /* samples */
-enum { LB_MOST_RESPONSES = 200 };
+enum { LB_MAX_RESPONSE = (int)(LB_LONGEST * LB_MAX_RATE) }; /* samples */
+enum { LB_MAX_RESPONSES = 200 };
 #define LB_RESPONSES "responses"                              /* their folder, within the user's */
 
 typedef struct { /* as kept: little-endian; then float32 samples, zeros up to a whole word, the checksum of all before */
@@ -13,7 +13,7 @@ typedef struct { /* as kept: little-endian; then float32 samples, zeros up to a 
     int64_t count; /* samples */
     char name[LB_STATE_NAME];
 } lb_response_head;
-enum { LB_KEPT_RESPONSE = sizeof(lb_response_head) + sizeof(float) * LB_MOST_RESPONSE + 16 }; /* bytes, at most */
+enum { LB_KEPT_RESPONSE = sizeof(lb_response_head) + sizeof(float) * LB_MAX_RESPONSE + 16 }; /* bytes, at most */
 
 struct lb_response { /* it does not change; whoever keeps its address counts as a user */
     int users;
@@ -36,7 +36,7 @@ void lb_hold_response(lb_response *); /* counts one more user; may be 0 */
 lb_response *lb_use_response(lb_instance *);
 int lb_same_response(const lb_response *, const lb_response *); /* they sound alike and have one name; each may be 0 */
 /* Reads the names of the files in the user's folder of responses, without endings, in order; returns their number. */
-int lb_list_responses(char names[LB_MOST_RESPONSES][LB_FILE_NAME]);
+int lb_list_responses(char names[LB_MAX_RESPONSES][LB_FILE_NAME]);
 /* The path of one of them; returns 0 if there is no room for it. */
 int lb_response_path(const char *name, char path[LB_PATH]);
 /* Writes it into the user's folder, unless it is there; writes its file's name without ending. Returns 0 on failure. */

@@ -11,7 +11,7 @@
 
 enum { CHANNELS = 16, KEYS = 128 };
 static struct {
-    int asked; /* for the library */
+    int requested; /* for the library */
     void (*join)(void), (*leave)(void);
     bool (*has_master)(void), (*is_left_out)(char key, char channel), (*has_own)(char channel);
     const double *hertz, *of_channel[CHANNELS]; /* of each key */
@@ -60,8 +60,8 @@ static void load(void) {
 
 void lb_join_master(void) {
     enter();
-    if (!master.asked) load();
-    master.asked = 1;
+    if (!master.requested) load();
+    master.requested = 1;
     if (master.has_master) master.join();
     leave();
 }

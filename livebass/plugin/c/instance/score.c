@@ -11,7 +11,7 @@
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 #define AT(kind, address) ((const kind *)(intptr_t)(address))
 #define NO_MEMORY "there is no memory for it"
-enum { MOST_SAID = 3 /* parts */, PART_TEXT = 400 };
+enum { MAX_SAID = 3 /* parts */, PART_TEXT = 400 };
 
 /* Memory that lasts as long as the score, as zeros; 0: there is none. */
 static int64_t memory(lb_score *s, int64_t bytes) {
@@ -102,7 +102,7 @@ static int fill_names(const lb_score *s, uint8_t *table) {
         table[LB_TRACK_NAME] = (uint8_t)(says(name_of(&c)) | LB_BASS_INSTRUMENT * is_bass(&c.instrument));
         games += lb_name_is(name_of(&c), lb_game_track);
     }
-    return games < LB_LEAST_GAME;
+    return games < LB_MIN_GAME;
 }
 
 /* True if a text at the beginning marks a take of livebass. */
@@ -152,7 +152,7 @@ static int choose(lb_score *s, char *why, size_t room) {
     }
     if (s->kernels->read_lines(ADDRESS(score))) {
         const long tenths = lrint((double)score->last / (double)score->rate / 360);
-        lb_append(why, room, 0, "lasts %ld.%ld hours, more than %d", tenths / 10, tenths % 10, LB_MOST_HOURS);
+        lb_append(why, room, 0, "lasts %ld.%ld hours, more than %d", tenths / 10, tenths % 10, LB_MAX_HOURS);
         return 0;
     }
     if (!(score->more = memory(s, score->more_bytes))) {
@@ -259,14 +259,14 @@ static size_t add_parts(const lb_score *s, char *line, size_t room, size_t end) 
         const LB_LISTED part = listed(s, k);
         char name[LB_NAME_BYTES];
         others += !part.chosen;
-        if (!part.chosen || ++chosen > MOST_SAID) continue;
+        if (!part.chosen || ++chosen > MAX_SAID) continue;
         write_part_name(s, &part, name);
         end = lb_append(line, room, end, chosen == 1 ? "plays track %d" : ", track %d", (int)part.track + 1);
         if (*name) end = lb_append(line, room, end, " called %s", name);
         else end = lb_append(line, room, end, " (channel %d)", (int)part.channel + 1);
         end = add_count(line, room, end, part.chosen, "note", "notes");
     }
-    if (chosen > MOST_SAID) end = lb_append(line, room, end, " and %d more", chosen - MOST_SAID);
+    if (chosen > MAX_SAID) end = lb_append(line, room, end, " and %d more", chosen - MAX_SAID);
     if (others) end = lb_append(line, room, end, "; left out %d other part%s", others, others == 1 ? "" : "s");
     return end;
 }

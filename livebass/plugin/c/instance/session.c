@@ -11,7 +11,7 @@
 
 #define OLD "LBSTATE\n" /* before format 1 */
 #define SUM "sum = "
-enum { LINE = 1600, SUM_BYTES = sizeof SUM + 17, MOST_UNKNOWN = 8192, NAMED = 200 };
+enum { LINE = 1600, SUM_BYTES = sizeof SUM + 17, MAX_UNKNOWN = 8192, NAMED = 200 };
 static const size_t WORDS = 1 << 16; /* bytes for all but files */
 
 static const char *const sides[] = {"A", "B"};
@@ -174,8 +174,8 @@ static void add_name(char list[NAMED], const char *name) {
 static void keep(reading *r, const char *section, const char *name, const char *value) {
     const size_t more = strlen(section) + strlen(name) + strlen(value) + 8;
     add_name(r->strange, name);
-    if (r->unknown + more > MOST_UNKNOWN) return;
-    if (!r->to->unknown && !(r->to->unknown = calloc(1, MOST_UNKNOWN))) return;
+    if (r->unknown + more > MAX_UNKNOWN) return;
+    if (!r->to->unknown && !(r->to->unknown = calloc(1, MAX_UNKNOWN))) return;
     r->unknown += (size_t)sprintf(r->to->unknown + r->unknown, "%s\t%s = %s\n", section, name, value);
 }
 
@@ -303,7 +303,7 @@ static const char *parse(const lb_instance *i, char *text, lb_kept *to) {
     r->i = i;
     r->to = to;
     for (int side = 0; side < 2; side++)
-        for (int k = 0; k < LB_PARAMETERS; k++) r->of[side][k] = lb_parameters[k].usual;
+        for (int k = 0; k < LB_PARAMETERS; k++) r->of[side][k] = lb_parameters[k].default_value;
     for (char *line = text, *next; line && !why; line = next) {
         if ((next = strchr(line, '\n'))) *next++ = 0;
         line = lb_trimmed(line);

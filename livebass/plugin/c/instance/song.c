@@ -11,7 +11,7 @@
 #define SHORTEST 0.1 /* s, of a turn of the loop */
 #define RATE 48000.0 /* Hz, of an instance that has not played yet */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
-enum { MOST_FILE = 64 << 20 /* bytes */, WHY = 400 };
+enum { MAX_FILE = 64 << 20 /* bytes */, WHY = 400 };
 
 struct lb_song_file { /* the file that plays: its bytes, as its song depends on the bass and the rate */
     size_t size;
@@ -133,9 +133,9 @@ static lb_song_file *read_file(const char *path, char line[LB_SONG_LINE]) {
     lb_song_file *file = 0;
     const char *why = "cannot be read";
     if (in && !fseek(in, 0, SEEK_END) && (size = ftell(in)) >= 0 && size < LONG_MAX && !fseek(in, 0, SEEK_SET)) {
-        if (size > MOST_FILE) {
+        if (size > MAX_FILE) {
             const char *name = lb_file_name(path);
-            snprintf(line, LB_SONG_LINE, "%.150s: has %ld MB, more than %d MB", name, size >> 20, MOST_FILE >> 20);
+            snprintf(line, LB_SONG_LINE, "%.150s: has %ld MB, more than %d MB", name, size >> 20, MAX_FILE >> 20);
             fclose(in);
             return 0;
         }
@@ -334,7 +334,7 @@ void lb_stop_song(lb_instance *i) {
     __atomic_store_n(&i->rolls, 0, __ATOMIC_RELAXED);
     if (!s) return;
     LB_DESK *d = &s->desk;
-    d->rolling = d->running = d->told = d->next = 0;
+    d->rolling = d->running = d->received = d->next = 0;
     d->position = 0;
     memset(d->held, 0, sizeof d->held);
     memset(d->pedal, 0, sizeof d->pedal);

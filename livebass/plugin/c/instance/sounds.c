@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 1600, MOST_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
+enum { LINE = 1600, MAX_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
 
 struct lb_sound {
     char name[LB_FILE_NAME];
@@ -44,9 +44,9 @@ static void locate(lb_kept *to, const char *path, size_t count) {
 }
 
 const char *lb_read_sound(const char *path, lb_kept *to) {
-    char text[LB_MOST_TEXT + 1]; /* one byte more than a sound may have */
+    char text[LB_MAX_TEXT + 1]; /* one byte more than a sound may have */
     FILE *in = lb_open_file(path, "rb");
-    const size_t count = in ? fread(text, 1, LB_MOST_TEXT, in) : 0;
+    const size_t count = in ? fread(text, 1, LB_MAX_TEXT, in) : 0;
     if (in) fclose(in);
     text[count] = 0;
     if (!in) return "cannot be read";
@@ -194,7 +194,7 @@ static void add(lb_instance *i, const char *name, int own) {
     lb_kept kept;
     lb_sound made = {.own = own};
     strcpy(made.name, name);
-    if (i->window.sound_count == MOST_SOUNDS || !read_file_of(i, &made, &kept)) return;
+    if (i->window.sound_count == MAX_SOUNDS || !read_file_of(i, &made, &kept)) return;
     if (i->window.sound_count % 64 == 0) { /* no room for more */
         lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
@@ -273,13 +273,13 @@ void lb_title(const lb_instance *i, char *text, size_t room) {
     const int sound = is_sound(i), bass = lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0;
     int changed = 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
-        changed |= lb_is_of_sides(k) && lb_value(i, k) != (sound ? i->window.values[k] : lb_parameters[k].usual);
+        changed |= lb_is_of_sides(k) && lb_value(i, k) != (sound ? i->window.values[k] : lb_parameters[k].default_value);
     const char *saved = __atomic_load_n(&i->kept_there, __ATOMIC_RELAXED) || lb_is_kept(i->shelf, bass) ? " (as saved)" : "";
     snprintf(text, room, "%s%s%s", sound ? i->window.sound : lb_shelf_title(i->shelf, bass), saved, changed ? " *" : "");
 }
 
 int lb_save_sound(lb_instance *i, char *name, size_t room) {
-    char text[LB_MOST_TEXT], folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
+    char text[LB_MAX_TEXT], folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
     double values[LB_PARAMETERS];
     for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
     const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;

@@ -18,7 +18,7 @@ int lb_is_of_sides(int parameter) {
 
 void lb_begin_sides(lb_instance *i) {
     i->sides.side = 0;
-    for (int k = 0; k < LB_PARAMETERS; k++) i->sides.aside[k] = lb_parameters[k].usual;
+    for (int k = 0; k < LB_PARAMETERS; k++) i->sides.aside[k] = lb_parameters[k].default_value;
 }
 
 void lb_swap_sides(lb_instance *i) {

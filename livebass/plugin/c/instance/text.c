@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_DIGITS = 17 }; /* that distinguish all doubles */
+enum { MAX_DIGITS = 17 }; /* that distinguish all doubles */
 
 /* Writes the fault into `to`; returns it. */
 __attribute__((format(printf, 2, 3))) static const char *wrong(lb_kept *to, const char *form, ...) {
@@ -43,7 +43,7 @@ int lb_read_number(const char *text, double *to) {
 
 void lb_write_number(char to[LB_NUMERAL], double value) {
     double read;
-    for (int digits = 1; digits <= MOST_DIGITS; digits++) {
+    for (int digits = 1; digits <= MAX_DIGITS; digits++) {
         snprintf(to, LB_NUMERAL, "%.*g", digits, value);
         swap_point(to, host_point(), '.');
         if (!strchr(to, 'e') && lb_read_number(to, &read) && read == value) return;
@@ -55,12 +55,12 @@ static const char *take_value(lb_kept *to, const char *symbol, const char *text)
     const int k = lb_parameter_called(symbol);
     if (k < 0 || !lb_is_of_sides(k)) return wrong(to, "changes what a bass does not have: %.40s", symbol);
     const lb_parameter *p = &lb_parameters[k];
-    if (!lb_read_number(text, &to->values[k]) || !(to->values[k] >= p->least && to->values[k] <= p->most)) {
-        char least[LB_NUMERAL], most[LB_NUMERAL];
-        lb_write_number(least, p->least);
-        lb_write_number(most, p->most);
+    if (!lb_read_number(text, &to->values[k]) || !(to->values[k] >= p->minimum && to->values[k] <= p->maximum)) {
+        char minimum[LB_NUMERAL], maximum[LB_NUMERAL];
+        lb_write_number(minimum, p->minimum);
+        lb_write_number(maximum, p->maximum);
         const char *space = *p->unit ? " " : "";
-        return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, least, most, space, p->unit);
+        return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, minimum, maximum, space, p->unit);
     }
     return 0;
 }
@@ -179,9 +179,9 @@ static const char *read_preset(char *text, lb_kept *to) {
 }
 
 const char *lb_parse_text(const char *text, lb_kept *to) {
-    char copy[LB_MOST_TEXT];
+    char copy[LB_MAX_TEXT];
     memset(to, 0, sizeof *to);
-    for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = to->sides.aside[k] = lb_parameters[k].usual;
+    for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = to->sides.aside[k] = lb_parameters[k].default_value;
     if (strlen(text) >= sizeof copy) return wrong(to, "is longer than a sound or a link");
     strcpy(copy, text + strspn(text, " \t\r\n"));
     if (!*copy) return wrong(to, "is empty");
@@ -203,20 +203,20 @@ static size_t add_section(char *text, size_t end, const char *name, const double
     char number[LB_NUMERAL];
     for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {
         const lb_parameter *p = &lb_parameters[k];
-        if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->usual) continue;
-        if (first) end = lb_append(text, LB_MOST_TEXT, end, "\n[%s]\n", name);
+        if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->default_value) continue;
+        if (first) end = lb_append(text, LB_MAX_TEXT, end, "\n[%s]\n", name);
         first = 0;
         lb_write_number(number, values[k]);
-        end = lb_append(text, LB_MOST_TEXT, end, "%s = %s\n", p->symbol, number);
+        end = lb_append(text, LB_MAX_TEXT, end, "%s = %s\n", p->symbol, number);
     }
     return end;
 }
 
 size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], const char *response,
-                     char text[LB_MOST_TEXT]) {
+                     char text[LB_MAX_TEXT]) {
     static const char *const head = "# Play it with `livebass play -p`, or open it in a plugin or on the page.\n";
-    size_t end = lb_append(text, LB_MOST_TEXT, 0, "%slike = \"%s\"\n", head, bass);
-    if (*response) end = lb_append(text, LB_MOST_TEXT, end, "\n[effects]\nresponse = \"%s\"\nresponse_level = \"normalized\"\n", response);
+    size_t end = lb_append(text, LB_MAX_TEXT, 0, "%slike = \"%s\"\n", head, bass);
+    if (*response) end = lb_append(text, LB_MAX_TEXT, end, "\n[effects]\nresponse = \"%s\"\nresponse_level = \"normalized\"\n", response);
     end = add_section(text, end, "bench", values, 1);
     return add_section(text, end, "plugin", values, 0);
 }

@@ -16,7 +16,7 @@ const char *lb_parse_text(const char *text, lb_kept *);
 /* Writes a bass, by name, the values of a side, and the file of a response, "": none, as a preset; returns the number of
    bytes. */
 size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], const char *response,
-                     char text[LB_MOST_TEXT]);
+                     char text[LB_MAX_TEXT]);
 /* Prints into a text of `room` bytes, from its byte `end` on; returns its new end. */
 __attribute__((format(printf, 4, 5))) size_t lb_append(char *text, size_t room, size_t end, const char *form, ...);
 #endif

@@ -22,14 +22,14 @@ static void keep(lb_instance *i, int parameter, double value) {
     __atomic_store(&i->values[parameter], &value, __ATOMIC_RELAXED);
 }
 
-double lb_most(const lb_instance *i, int parameter) {
-    if (parameter != LB_BASS) return lb_parameters[parameter].most;
+double lb_maximum(const lb_instance *i, int parameter) {
+    if (parameter != LB_BASS) return lb_parameters[parameter].maximum;
     const int last = lb_shelf_count(i->shelf) - 1;
     return last > 0 ? last : 1; /* a host may divide by the range */
 }
 
-double lb_usual(const lb_instance *i, int parameter) {
-    return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
+double lb_default(const lb_instance *i, int parameter) {
+    return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].default_value;
 }
 
 int lb_parameter_called(const char *symbol) {
@@ -48,8 +48,8 @@ int lb_is_slider(int parameter) {
 
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
-    if (!(value == value)) value = lb_usual(i, parameter);
-    value = fmin(fmax(value, p->least), lb_most(i, parameter));
+    if (!(value == value)) value = lb_default(i, parameter);
+    value = fmin(fmax(value, p->minimum), lb_maximum(i, parameter));
     if (lb_is_slider(parameter)) return lb_hundredths(value);
     return p->whole ? rint(value) : value;
 }
@@ -159,7 +159,7 @@ static measure measure_of(const lb_instance *i, int parameter) {
 }
 
 static double measured(const measure *m, int parameter, double value) {
-    if (parameter == LB_UNEVENNESS) value = fmin(fmax(value, -m->zero / 100), LB_MOST_UNEVENNESS - m->zero / 100);
+    if (parameter == LB_UNEVENNESS) value = fmin(fmax(value, -m->zero / 100), LB_MAX_UNEVENNESS - m->zero / 100);
     return m->folds ? m->zero * pow(10, m->folds * value) : m->zero + value * (value < 0 ? m->down : m->up);
 }
 
@@ -188,14 +188,14 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
         return;
     }
     if (p->points) {
-        snprintf(text, room, "%s", p->points[(int)(value - p->least)]);
+        snprintf(text, room, "%s", p->points[(int)(value - p->minimum)]);
         return;
     }
     const measure m = measure_of(i, parameter);
     const double of_bass = own_value(i, parameter), own = value == 0 ? of_bass : NAN, digits = pow(10, m.places);
     double shown = rint(digits * (isfinite(own) ? own : measured(&m, parameter, value))) / digits + 0.0; /* no -0 */
     if (isfinite(of_bass) && value > 0 && shown < 1) shown = 1; /* else it would read back as the bass's own */
-    const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->least < 0;
+    const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->minimum < 0;
     if (parameter == LB_FRET && value == 0) snprintf(text, room, "none");
     else if (parameter == LB_GAUGE && m.zero > 0) {
         const double thinnest = lb_shelf_own(i->shelf, (int)lb_value(i, LB_BASS))->thinnest;
@@ -214,8 +214,8 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
         return 1;
     }
     if (parameter == LB_BASS || p->points) {
-        for (int k = 0; p->least + k <= lb_most(i, parameter); k++) {
-            *value = p->least + k;
+        for (int k = 0; p->minimum + k <= lb_maximum(i, parameter); k++) {
+            *value = p->minimum + k;
             lb_value_to_text(i, parameter, *value, other, sizeof other);
             if (!strcmp(other, text)) return 1;
         }
@@ -226,7 +226,7 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
     if (end == text) return 0;
     const measure m = measure_of(i, parameter);
     const double shown = parameter == LB_GAUGE && m.zero > 0 && read > 1 ? 1e-3 * read : read;
-    *value = strstr(end, "own") ? p->usual : lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
+    *value = strstr(end, "own") ? p->default_value : lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
     return 1;
 }
 

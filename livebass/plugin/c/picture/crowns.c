@@ -57,7 +57,7 @@ static double place_of(const lb_picture *p, const side *v, int k) { return p->nu
 
 /* Writes the height of a crown beside a line from the string down to it. */
 static void measure(lb_picture *p, const side *v, int k, const char *where) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const double gap = gap_at(p, v->own, k), x = place_of(p, v, k), to = v->rest + gap * v->mm;
     const double size = px(p, 10), thin = px(p, 1), middle = fmax((v->rest + to) / 2, v->rest + px(p, 9));
     snprintf(text, sizeof text, "%.2f mm %s", gap, where);

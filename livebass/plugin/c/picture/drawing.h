@@ -15,9 +15,9 @@ enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 /* Pixels at scale 1. */
 enum { EDGE = 14, HEADER = 46, TABS = 28, SONG_BAR = 24, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
 enum { SAVE_WIDTH = 44, MOTION_WIDTH = 76 };
-enum { LEAST_CELL = 144, MOST_CELL = 260, LEAST_LAMP = 100, LEAST_SMALL_LAMP = 76 }; /* widths */
+enum { MIN_CELL = 144, MAX_CELL = 260, MIN_LAMP = 100, MIN_SMALL_LAMP = 76 }; /* widths */
 enum { LAMP_HEIGHT = 26, SMALL_LAMP = 21, LOW = 400 };
-enum { LEAST_NECK = 120 };                                    /* height of a neck beside a side view */
+enum { MIN_NECK = 120 };                                    /* height of a neck beside a side view */
 #define FLOOR_DB (-48.0) /* where the meter begins */
 #define TINY 9.0 /* letters */
 #define SMALL 11.0
@@ -25,8 +25,8 @@ enum { LEAST_NECK = 120 };                                    /* height of a nec
 #define LARGE 20.0
 
 enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes drawn */
-enum { MOST_PARTS = 256, MOST_COLUMNS = 8, MOST_CELLS = 64, MOST_TEXT = 160,
-       MOST_LISTED = 4096 };
+enum { MAX_PARTS = 256, MAX_COLUMNS = 8, MAX_CELLS = 64, MAX_TEXT = 160,
+       MAX_LISTED = 4096 };
 enum { LB_PLAY, LB_BENCH_PAGE, LB_TONE_PAGE, LB_SETTINGS, LB_PAGES };
 static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
@@ -40,12 +40,12 @@ typedef struct {
     uint64_t drawn;    /* its state when last drawn; 0: it must be drawn */
 } part;
 
-enum { NOT_TYPING, VALUE, SAVING, SEARCH, MOST_TYPED = 64 };
-enum { NO_COVER, MENU, TIP, MOST_LINES = 12 };
+enum { NOT_TYPING, VALUE, SAVING, SEARCH, MAX_TYPED = 64 };
+enum { NO_COVER, MENU, TIP, MAX_LINES = 12 };
 typedef struct { /* a menu or a tip */
     int kind, number, count, lit; /* the menu's parameter, or COPY_SIDE; lines; the one under the pointer, -1: none */
-    int does[MOST_LINES];         /* what a line of a menu does: DO_NOTHING ..., or DO_CHOOSE + a value */
-    char lines[MOST_LINES][MOST_TEXT];
+    int does[MAX_LINES];         /* what a line of a menu does: DO_NOTHING ..., or DO_CHOOSE + a value */
+    char lines[MAX_LINES][MAX_TEXT];
     double x, y, w, h;
     uint64_t drawn; /* its state when last drawn */
 } lb_cover;
@@ -56,7 +56,7 @@ typedef struct { /* a row of the list: a group's heading, a bass or a sound */
 
 typedef struct { /* a string at one look */
     int on, fret;
-    float most;  /* m, the farthest from rest */
+    float maximum;  /* m, the farthest from rest */
     double stop; /* m from the nut */
     quad u[STRIDE / 4];
 } shape;
@@ -67,26 +67,26 @@ struct lb_picture {
     lb_sheet sheet, ground;
     double scale, seconds;
     uint64_t laid_out; /* the layout state of the parts' places */
-    part parts[MOST_PARTS];
+    part parts[MAX_PARTS];
     int count, board; /* parts; the place of the neck among them */
     int page, listing, scrolled; /* listing: basses, then sounds, are listed in place of the neck */
     int columns;                   /* at the list's end, without room */
     int sounds, doomed, lists;     /* how many; the one the next press deletes, -1: none; lists read so far */
-    listed listed[MOST_LISTED + LB_SOUND_GROUPS];
+    listed listed[MAX_LISTED + LB_SOUND_GROUPS];
     lb_song_view song;
     int pasting;                   /* the clipboard's text is wanted */
-    char notice[MOST_TEXT];        /* replaces the title ... */
+    char notice[MAX_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */
     double values[LB_PARAMETERS];
     const lb_own *own; /* the bass's; 0: not known */
     /* what is typed */
     int typing, typed_for; /* VALUE: of a parameter */
-    char typed[MOST_TYPED];
+    char typed[MAX_TYPED];
     int focus, keyed; /* the parameter that keys move, -1: none; it is marked */
     int pressed_number; /* the pointer has pressed a value and not moved */
     /* what lies over the rest */
     lb_cover cover;
-    int asked; /* 1 + the parameter, or LB_PARAMETERS for the response, whose menu a press has asked for; 0: none */
+    int requested; /* 1 + the parameter, or LB_PARAMETERS for the response, whose menu a press has asked for; 0: none */
     lb_area covered; /* of the last picture */
     double rested; /* since when the pointer rests */
     /* the pointer */
@@ -103,7 +103,7 @@ struct lb_picture {
     quad *sines; /* DRAWN rows of STRIDE */
     int zoom;
     double enlarged; /* by the user; 1: not */
-    double level, told_load, told_at;
+    double level, shown_load, shown_at;
     int lively; /* the last picture had something moving */
     int calm, skipped; /* all moved little in the last picture drawn; the one after it was not drawn */
     int metered; /* the meter's reading in the last picture drawn */
@@ -151,11 +151,11 @@ static inline void mix(uint64_t *hash, double v) {
 /* --- values --- */
 
 static inline double value_of(const lb_picture *p, int k) { return p->face.value(p->face.owner, k); }
-static inline double most_of(const lb_picture *p, int k) { return p->face.most(p->face.owner, k); }
+static inline double maximum_of(const lb_picture *p, int k) { return p->face.maximum(p->face.owner, k); }
 
-static inline void text_of(const lb_picture *p, int k, double v, char text[MOST_TEXT]) {
+static inline void text_of(const lb_picture *p, int k, double v, char text[MAX_TEXT]) {
     *text = 0;
-    p->face.text(p->face.owner, k, v, text, MOST_TEXT);
+    p->face.text(p->face.owner, k, v, text, MAX_TEXT);
 }
 
 /* --- of drawing.c --- */

@@ -4,8 +4,8 @@
 #include <stdio.h>
 
 int lb_basses(const lb_picture *p) {
-    char first[MOST_TEXT], second[MOST_TEXT];
-    const int count = (int)most_of(p, LB_BASS) + 1;
+    char first[MAX_TEXT], second[MAX_TEXT];
+    const int count = (int)maximum_of(p, LB_BASS) + 1;
     text_of(p, LB_BASS, 0, first);
     text_of(p, LB_BASS, 1, second);
     return count == 2 && !strcmp(first, second) ? 1 : count;
@@ -13,7 +13,7 @@ int lb_basses(const lb_picture *p) {
 
 static part *add(lb_picture *p, int kind, int number, double x, double y, double w, double h) {
     static part none;
-    if (p->count == MOST_PARTS || w <= 0 || h <= 0) return &none;
+    if (p->count == MAX_PARTS || w <= 0 || h <= 0) return &none;
     part *q = &p->parts[p->count++];
     *q = (part){kind, number, x, y, w, h, 0};
     return q;
@@ -113,11 +113,11 @@ static void lay_out_header(lb_picture *p, double width) {
 /* A page's cells: sections by section, each led by its heading. */
 typedef struct {
     int count, sections, longest;           /* cells and headings together; the cells of the longest section */
-    int kind[MOST_CELLS], number[MOST_CELLS]; /* HEAD: a section */
+    int kind[MAX_CELLS], number[MAX_CELLS]; /* HEAD: a section */
 } cells;
 
 static void add_cell(cells *c, int kind, int number) {
-    if (c->count == MOST_CELLS) return;
+    if (c->count == MAX_CELLS) return;
     c->kind[c->count] = kind;
     c->number[c->count++] = number;
 }
@@ -152,7 +152,7 @@ typedef struct {
 
 static grid grid_of(const lb_picture *p, const cells *c) {
     const double units = p->sheet.width / p->scale - EDGE;
-    const int fitting = (int)fmin(fmax(floor(units / LEAST_CELL), 1), MOST_COLUMNS);
+    const int fitting = (int)fmin(fmax(floor(units / MIN_CELL), 1), MAX_COLUMNS);
     grid g = {c->sections, c->longest + 1, 1, 0};
     if (fitting < c->sections) {
         g = (grid){fitting, (c->count + fitting - 1) / fitting, 0, 0};
@@ -163,7 +163,7 @@ static grid grid_of(const lb_picture *p, const cells *c) {
             again = columns > g.columns;
         }
     }
-    g.wide = px(p, fmin(units / g.columns, MOST_CELL));
+    g.wide = px(p, fmin(units / g.columns, MAX_CELL));
     return g;
 }
 
@@ -232,7 +232,7 @@ static int is_low(const lb_picture *p) { return p->sheet.height < px(p, LOW); }
 static double lamp_height(const lb_picture *p) { return px(p, is_low(p) ? SMALL_LAMP : LAMP_HEIGHT); }
 
 static int lamp_rows(const lb_picture *p) {
-    const double across = floor((p->sheet.width / p->scale - EDGE) / (is_low(p) ? LEAST_SMALL_LAMP : LEAST_LAMP));
+    const double across = floor((p->sheet.width / p->scale - EDGE) / (is_low(p) ? MIN_SMALL_LAMP : MIN_LAMP));
     return (int)ceil(LAMP_COUNT / fmin(fmax(across, 1), LAMP_COUNT));
 }
 
@@ -271,14 +271,14 @@ static int is_found(const lb_picture *p, const char *name) {
 
 static int list_group(lb_picture *p, int group, listed *rows, int count) {
     const int basses = lb_basses(p), first = count++;
-    char name[MOST_TEXT];
+    char name[MAX_TEXT];
     rows[first] = (listed){SOUNDS, group};
-    for (int k = 0; k < basses && count < MOST_LISTED; k++) {
+    for (int k = 0; k < basses && count < MAX_LISTED; k++) {
         text_of(p, LB_BASS, k, name);
         const int of = p->face.group ? p->face.group(p->face.owner, k) : LB_SHIPPED;
         if (of == group && is_found(p, name)) rows[count++] = (listed){ITEM, k};
     }
-    for (int k = 0; k < p->sounds && count < MOST_LISTED; k++) {
+    for (int k = 0; k < p->sounds && count < MAX_LISTED; k++) {
         const int of = !p->face.is_own || p->face.is_own(p->face.owner, k) ? LB_MINE : LB_FACTORY;
         if (of == group && is_found(p, p->face.sound(p->face.owner, k))) rows[count++] = (listed){SOUND, k};
     }
@@ -288,9 +288,9 @@ static int list_group(lb_picture *p, int group, listed *rows, int count) {
 /* Lays out the search, then group by group, column by column. If not all fit, the last place has the button that
    scrolls by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
-    enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* parts after the list need places, too */
-    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_ROWS);
-    const int fitting = MOST_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
+    enum { MAX_PLACES = MAX_PARTS / 2, MAX_ROWS = MAX_PLACES / 2 }; /* parts after the list need places, too */
+    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MAX_ROWS);
+    const int fitting = MAX_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
     listed *all = p->listed;
     int count = 1;
     all[0] = (listed){SEARCHED, 0};
@@ -328,10 +328,10 @@ void lb_lay_out(lb_picture *p) {
     const grid g = grid_of(p, &c);
     const double switches = p->page == LB_PLAY ? lamp_height(p) * lamp_rows(p) + px(p, 2) : 0;
     const double heads = g.apart ? px(p, HEADING) : 0, room = height - top - px(p, FOOT) - switches - heads;
-    const int rows = g.apart ? g.rows - 1 : g.rows, both = room - rows * px(p, SMALL_CELL) >= px(p, 2 * LEAST_NECK);
-    const int large = room - rows * px(p, CELL) >= px(p, bench ? 2 * LEAST_NECK : LEAST_NECK);
-    const double cell = px(p, large ? CELL : SMALL_CELL), least = px(p, bench && !p->listing ? 0 : 60);
-    const double tall = fmax(room - rows * cell, least), panel = top + tall;
+    const int rows = g.apart ? g.rows - 1 : g.rows, both = room - rows * px(p, SMALL_CELL) >= px(p, 2 * MIN_NECK);
+    const int large = room - rows * px(p, CELL) >= px(p, bench ? 2 * MIN_NECK : MIN_NECK);
+    const double cell = px(p, large ? CELL : SMALL_CELL), minimum = px(p, bench && !p->listing ? 0 : 60);
+    const double tall = fmax(room - rows * cell, minimum), panel = top + tall;
     const double side = !bench || p->listing ? 0 : both ? fmin(tall * 0.45, px(p, 190)) : tall;
     p->count = 0;
     p->hovered = -1;

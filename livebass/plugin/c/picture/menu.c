@@ -10,9 +10,9 @@
 enum { DO_NOTHING, DO_TYPE, DO_RESET, DO_LEARN, DO_FORGET, DO_PASTE, DO_CHOOSE };
 
 static void add_line(lb_cover *c, int does, const char *text) {
-    if (c->count == MOST_LINES) return;
+    if (c->count == MAX_LINES) return;
     c->does[c->count] = does;
-    snprintf(c->lines[c->count++], MOST_TEXT, "%s", text);
+    snprintf(c->lines[c->count++], MAX_TEXT, "%s", text);
 }
 
 /* Gives a cover its size, and a place at x, y within the picture. */
@@ -31,7 +31,7 @@ static void close_cover(lb_picture *p) { p->cover.kind = NO_COVER; }
 
 /* Adds a parameter's name and value. */
 static void add_value(lb_picture *p, int k) {
-    char text[64 + MOST_TEXT];
+    char text[64 + MAX_TEXT];
     const int end = snprintf(text, 64, "%.40s: ", lb_parameters[k].name);
     text_of(p, k, p->values[k], text + end);
     add_line(&p->cover, DO_NOTHING, text);
@@ -42,13 +42,13 @@ static void add_responses(lb_picture *p) {
     lb_cover *c = &p->cover;
     add_line(c, DO_NOTHING, "Cabinet: WAV files in the folder " LB_RESPONSES " of your sounds");
     add_line(c, DO_CHOOSE, "None");
-    for (int k = 0, files = p->face.responses(p->face.owner); k < files && c->count < MOST_LINES - 1; k++)
+    for (int k = 0, files = p->face.responses(p->face.owner); k < files && c->count < MAX_LINES - 1; k++)
         add_line(c, DO_CHOOSE + 1 + k, p->face.response_name(p->face.owner, k));
     if (p->face.paste) add_line(c, DO_PASTE, "Paste the path of a WAV file");
 }
 
 void lb_open_menu(lb_picture *p, int k, double x, double y) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     lb_cover *c = &p->cover;
     *c = (lb_cover){.kind = MENU, .number = k, .lit = -1};
     if (k == LB_PARAMETERS) {
@@ -57,7 +57,7 @@ void lb_open_menu(lb_picture *p, int k, double x, double y) {
         return;
     }
     add_value(p, k);
-    for (int j = 0; lb_parameters[k].points && lb_parameters[k].points[j] && j < MOST_LINES - 4; j++)
+    for (int j = 0; lb_parameters[k].points && lb_parameters[k].points[j] && j < MAX_LINES - 4; j++)
         add_line(c, DO_CHOOSE + j, lb_parameters[k].points[j]);
     if (!lb_parameters[k].points && p->face.read) add_line(c, DO_TYPE, "Type a value");
     add_line(c, DO_RESET, "Reset");
@@ -78,7 +78,7 @@ static void choose(lb_picture *p, int line) {
     const int does = line < 0 ? DO_NOTHING : c.does[line], k = c.number;
     close_cover(p);
     if (does == DO_TYPE) lb_begin_typing(p, VALUE, k, "");
-    else if (does == DO_RESET) lb_change(p, k, lb_parameters[k].usual);
+    else if (does == DO_RESET) lb_change(p, k, lb_parameters[k].default_value);
     else if (does == DO_LEARN || does == DO_FORGET) p->face.learn(p->face.owner, k);
     else if (does == DO_PASTE) p->pasting = 1;
     else if (does >= DO_CHOOSE && k == LB_PARAMETERS) lb_choose_response(p, does - DO_CHOOSE - 1);
@@ -103,7 +103,7 @@ int lb_point_menu(lb_picture *p, int kind, double x, double y) {
 
 /* Adds a text in lines of at most TIP_WIDTH; `large`: it begins with a large letter. */
 static void add_wrapped(lb_picture *p, const char *text, int large) {
-    char line[MOST_TEXT] = "";
+    char line[MAX_TEXT] = "";
     for (int first = 1; *text; first = 0) {
         const size_t word = strcspn(text, " "), end = strlen(line);
         snprintf(line + end, sizeof line - end, "%s%.*s", end ? " " : "", (int)word, text);
@@ -127,7 +127,7 @@ static void make_tip(lb_picture *p) {
     if (is_value) add_value(p, q->number);
     if (q->kind == SONG_LINE) add_wrapped(p, p->song.line, 0);
     if (q->kind == LAMP) {
-        char text[MOST_TEXT], key[16];
+        char text[MAX_TEXT], key[16];
         lb_note_name(lb_key_of(p, q->number), key);
         snprintf(text, sizeof text, *key ? "%s: key %s." : "%s.", lb_switch_of(q->number)->name, key);
         add_line(&p->cover, DO_NOTHING, text);
@@ -199,7 +199,7 @@ static void type(lb_picture *p, int key) {
 
 /* Moves the focus to the next value on the page, or to the one before. */
 static void move_focus(lb_picture *p, int way) {
-    int values[MOST_PARTS], count = 0, at = -1;
+    int values[MAX_PARTS], count = 0, at = -1;
     for (int k = 0; k < p->count; k++)
         if (p->parts[k].kind == SLIDER || p->parts[k].kind == STEPPER) {
             if (p->parts[k].number == p->focus) at = count;
@@ -225,7 +225,7 @@ static int key_on_value(lb_picture *p, int key, int modifiers) {
     char text[2] = {(char)key, 0};
     if (key == LB_KEY_LEFT || key == LB_KEY_DOWN) lb_step(p, k, -1, fine);
     else if (key == LB_KEY_RIGHT || key == LB_KEY_UP) lb_step(p, k, 1, fine);
-    else if (key == LB_KEY_BACK || key == LB_KEY_DELETE) lb_change(p, k, lb_parameters[k].usual);
+    else if (key == LB_KEY_BACK || key == LB_KEY_DELETE) lb_change(p, k, lb_parameters[k].default_value);
     else if (types && (key == LB_KEY_ENTER || (key > ' ' && key < 0x80 && strchr("-.0123456789", key))))
         lb_begin_typing(p, VALUE, k, key == LB_KEY_ENTER ? "" : text);
     else return 0;

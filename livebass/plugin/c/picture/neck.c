@@ -273,12 +273,12 @@ uint64_t lb_neck_state(const lb_picture *p) {
 /* A string's loudest slot; 0: it is silent. */
 static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
     const LB_SLOT_SIGHT *found = 0;
-    double most = -1;
+    double maximum = -1;
     for (int k = 0; k < LB_SLOTS; k++) {
         const LB_SLOT_SIGHT *s = &l->sight.slot[k];
         double sum = 0;
         for (int j = 0; j < 16 && j < s->modes; j++) sum += (double)s->u[j] * s->u[j];
-        if (s->on && sum > most) found = s, most = sum;
+        if (s->on && sum > maximum) found = s, maximum = sum;
     }
     return found;
 }
@@ -286,7 +286,7 @@ static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
 static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) {
     const LB_SLOT_SIGHT *s = loudest(l);
     to->on = s != 0;
-    to->most = 0;
+    to->maximum = 0;
     if (!s) return;
     const double scale = sqrt(2 / s->length);
     to->fret = (int)s->fret;
@@ -302,12 +302,12 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     for (int k = 0; k <= NODES; k++) {
         if (!(u[k] == u[k])) u[k] = 0;
         u[k] = u[k] > FARTHEST ? FARTHEST : u[k] < -FARTHEST ? -FARTHEST : u[k];
-        to->most = fmaxf(to->most, fabsf(u[k]));
+        to->maximum = fmaxf(to->maximum, fabsf(u[k]));
     }
 }
 
-static double within(double v, double least, double greatest) {
-    return v > least ? (v < greatest ? v : greatest) : least;
+static double within(double v, double minimum, double greatest) {
+    return v > minimum ? (v < greatest ? v : greatest) : minimum;
 }
 
 /* Clamps the values of a look from another process. */
@@ -315,7 +315,7 @@ static void bound(LB_LOOK *l) {
     if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
     l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
     for (int k = 0; k < LB_PLACES; k++) l->place[k] = within(l->place[k], 0, 5);
-    double *parts[] = {&l->load, &l->peak, &l->position, &l->nearest, &l->usual, &l->farthest};
+    double *parts[] = {&l->load, &l->peak, &l->position, &l->nearest, &l->default_value, &l->farthest};
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) *parts[k] = within(*parts[k], 0, k < 2 ? 100 : 1);
     for (int i = 0; i < l->strings; i++) {
         LB_STRING_LOOK *s = &l->string[i];
@@ -352,8 +352,8 @@ void lb_read_looks(lb_picture *p) {
 
 /* --- what moves on the neck --- */
 
-enum { MOST_BLURRED = 4, BLURRED = 2 }; /* shapes and columns in a stretch of blur */
-enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; most pixels of a column in a blur */
+enum { MAX_BLURRED = 4, BLURRED = 2 }; /* shapes and columns in a stretch of blur */
+enum { TONES = 16, MAX_TALL = 1024 }; /* colours across a string; most pixels of a column in a blur */
 
 /* A column of the array, drawn from top to bottom. */
 typedef struct {
@@ -387,12 +387,12 @@ static void smear(float *sums, float from, float to, float share) {
 
 /* Draws the blur of a string at heights y above its rest, `wide` columns wide. */
 static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
-    float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
+    float sums[MAX_TALL + 2], low = y[0], high = y[0], sum = 0;
     for (int k = 1; k < count; k++) {
         low = y[k] < low ? y[k] : low;
         high = y[k] > high ? y[k] : high;
     }
-    if (high - low < 0.5f || high - low + 2 * half + 4 > MOST_TALL) return;
+    if (high - low < 0.5f || high - low + 2 * half + 4 > MAX_TALL) return;
     const int top = (int)(rest - high - half) - 1, tall = (int)(high - low + 2 * half) + 4;
     memset(sums, 0, (size_t)tall * sizeof *sums);
     for (int k = 1; k < count; k++) {
@@ -431,9 +431,9 @@ static const shape *shape_of(const lb_picture *p, int string, int before) {
 
 /* The shapes of a string to draw: the newest, and those since the last picture. */
 static int shapes_of(const lb_picture *p, int string) {
-    const int most = p->shaped < MOST_BLURRED ? (int)p->shaped : MOST_BLURRED, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
+    const int maximum = p->shaped < MAX_BLURRED ? (int)p->shaped : MAX_BLURRED, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
     int count = 0;
-    while (count < most && count < wanted && shape_of(p, string, count)->on) count++;
+    while (count < maximum && count < wanted && shape_of(p, string, count)->on) count++;
     return count;
 }
 
@@ -517,7 +517,7 @@ static void draw_pluck(lb_picture *p, lb_sheet *s) {
     lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, BLACK);
     lb_round(s, x - r + px(p, 1.5), y - r + px(p, 1.5), 2 * r - px(p, 3), 2 * r - px(p, 3), r, 0, colour);
     if (!lively) return;
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     snprintf(text, sizeof text, "pluck at %.0f %%", 100 * l->position);
     const double wide = lb_text_width(px(p, SMALL), text) + px(p, 12);
     const double left = fmin(x + px(p, 12), p->sheet.width - wide - px(p, 40));
@@ -567,10 +567,10 @@ static int is_lively(const lb_picture *p) {
 /* True if no string moves by more than two pixels at scale 1, and no light is on. */
 static int is_calm(const lb_picture *p) {
     const LB_LOOK *l = look_of(p);
-    const double most = px(p, 2) / (p->metre * zooms[p->zoom]);
+    const double maximum = px(p, 2) / (p->metre * zooms[p->zoom]);
     for (int i = 0; i < l->strings; i++) {
         const shape *one = shape_of(p, i, 0);
-        if (p->shaped && one->on && one->most > most) return 0;
+        if (p->shaped && one->on && one->maximum > maximum) return 0;
         for (int k = 0; k < LB_PLACES; k++)
             if (l->string[i].light[k] > 0.02f) return 0;
     }
@@ -584,7 +584,7 @@ static lb_area band_of(const lb_picture *p, int string, int *moves) {
     double away = 0;
     const int count = shapes_of(p, string);
     *moves = count > 0;
-    for (int k = 0; k < count; k++) away = fmax(away, fmin(shape_of(p, string, k)->most * enlarged(p), farthest(p)));
+    for (int k = 0; k < count; k++) away = fmax(away, fmin(shape_of(p, string, k)->maximum * enlarged(p), farthest(p)));
     for (int k = 1; k <= l->frets; k++)
         if (l->string[string].light[k] > 0.02f) away = 2 * farthest(p), *moves = 1;
     away += 2 * thick + px(p, 2);

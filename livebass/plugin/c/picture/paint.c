@@ -101,9 +101,9 @@ void lb_round(lb_sheet *s, double x, double y, double w, double h, double r, dou
 }
 
 void lb_line(lb_sheet *s, double x0, double y0, double x1, double y1, double wide, uint32_t colour) {
-    const double dx = x1 - x0, dy = y1 - y0, square = fmax(dx * dx + dy * dy, 1e-9), most = wide / 2 + 1;
-    const double left = fmin(x0, x1) - most, top = fmin(y0, y1) - most;
-    const lb_area a = within(s, lb_area_of(left, top, fabs(dx) + 2 * most, fabs(dy) + 2 * most));
+    const double dx = x1 - x0, dy = y1 - y0, square = fmax(dx * dx + dy * dy, 1e-9), maximum = wide / 2 + 1;
+    const double left = fmin(x0, x1) - maximum, top = fmin(y0, y1) - maximum;
+    const lb_area a = within(s, lb_area_of(left, top, fabs(dx) + 2 * maximum, fabs(dy) + 2 * maximum));
     for (int j = a.y0; j < a.y1; j++)
         for (int i = a.x0; i < a.x1; i++) {
             const double px = i + 0.5 - x0, py = j + 0.5 - y0, t = fmin(fmax((px * dx + py * dy) / square, 0), 1);
@@ -129,7 +129,7 @@ void lb_glow(lb_sheet *s, double x, double y, double rx, double ry, uint32_t col
 
 /* --- letters --- */
 
-enum { MOST_SIZE = 96, ROOM = 160, STEPS = 6, CURVE = 5 };
+enum { MAX_SIZE = 96, ROOM = 160, STEPS = 6, CURVE = 5 };
 #define NARROW 0.93 /* of the font's width */
 
 /* An outline, stored as each edge's contribution to all pixels on its right: the sum along a row is the part of a pixel
@@ -240,7 +240,7 @@ static int next_letter(const char **text) {
     return '?' - 0x20;
 }
 
-static double fit(double size) { return fmin(fmax(size, 4), MOST_SIZE); }
+static double fit(double size) { return fmin(fmax(size, 4), MAX_SIZE); }
 
 double lb_text_width(double size, const char *text) {
     double scale[2], width = 0;
@@ -249,11 +249,11 @@ double lb_text_width(double size, const char *text) {
     return width;
 }
 
-double lb_text(lb_sheet *s, double x, double y, double size, uint32_t colour, const char *text, double most) {
+double lb_text(lb_sheet *s, double x, double y, double size, uint32_t colour, const char *text, double maximum) {
     double scale[2];
     scales(fit(size), scale);
-    const double dots = 3 * glyph_advances['.' - 0x20] * scale[0], end = x + most;
-    int cut = lb_text_width(size, text) > most;
+    const double dots = 3 * glyph_advances['.' - 0x20] * scale[0], end = x + maximum;
+    int cut = lb_text_width(size, text) > maximum;
     for (int k; (k = next_letter(&text)) >= 0;) {
         const double wide = glyph_advances[k] * scale[0];
         if (cut && x + wide + dots > end) break;

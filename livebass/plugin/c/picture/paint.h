@@ -40,6 +40,6 @@ void lb_glow(lb_sheet *, double x, double y, double rx, double ry, uint32_t colo
 
 /* Width of a text in UTF-8, in letters of `size` pixels. */
 double lb_text_width(double size, const char *);
-/* Writes a text on the line at y; replaces anything beyond `most` pixels by dots. Returns its end. */
-double lb_text(lb_sheet *, double x, double y, double size, uint32_t colour, const char *, double most);
+/* Writes a text on the line at y; replaces anything beyond `maximum` pixels by dots. Returns its end. */
+double lb_text(lb_sheet *, double x, double y, double size, uint32_t colour, const char *, double maximum);
 #endif

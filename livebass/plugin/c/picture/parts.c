@@ -13,7 +13,7 @@ static int is_held(const lb_picture *p, const part *q) { return q - p->parts == 
 /* --- values --- */
 
 static double allowed(const lb_picture *p, int k, double v) {
-    v = fmin(fmax(v, lb_parameters[k].least), most_of(p, k));
+    v = fmin(fmax(v, lb_parameters[k].minimum), maximum_of(p, k));
     return lb_parameters[k].whole ? rint(v) : v;
 }
 
@@ -39,8 +39,8 @@ static void mix_bass(const lb_picture *p, const part *q, uint64_t *hash) { mix(h
 
 /* Sets a stepper's next value, or its previous one, cyclically. */
 static void step(lb_picture *p, int k, int way) {
-    const double least = lb_parameters[k].least, range = most_of(p, k) - least + 1, at = value_of(p, k) + way - least;
-    lb_change(p, k, least + at - range * floor(at / range));
+    const double minimum = lb_parameters[k].minimum, range = maximum_of(p, k) - minimum + 1, at = value_of(p, k) + way - minimum;
+    lb_change(p, k, minimum + at - range * floor(at / range));
 }
 
 static void notice(lb_picture *p, const char *text, const char *what) {
@@ -69,11 +69,11 @@ static void step_bass(lb_picture *p, int way) {
 static void wheel_step(lb_picture *p, const part *q, const hand *h) { step(p, q->number, h->way); }
 
 /* True if a press opens a stepper's values as a menu. */
-static int has_menu(const lb_picture *p, const part *q) { return most_of(p, q->number) > 2; }
+static int has_menu(const lb_picture *p, const part *q) { return maximum_of(p, q->number) > 2; }
 
 static void press_step(lb_picture *p, const part *q, const hand *h) {
     p->focus = q->number;
-    if (h->modifiers & LB_RIGHT || has_menu(p, q)) p->asked = q->number + 1;
+    if (h->modifiers & LB_RIGHT || has_menu(p, q)) p->requested = q->number + 1;
     else step(p, q->number, 1);
 }
 
@@ -81,7 +81,7 @@ void lb_step(lb_picture *p, int k, int way, int fine) {
     const lb_parameter *known = &lb_parameters[k];
     if (known->points) step(p, k, way);
     else {
-        const double range = most_of(p, k) - known->least;
+        const double range = maximum_of(p, k) - known->minimum;
         lb_change(p, k, value_of(p, k) + way * (known->whole ? 1 : range * (fine ? 0.005 : 0.025)));
     }
 }
@@ -117,9 +117,9 @@ static void shorten(lb_picture *p, char *text, double room) {
 }
 
 static void draw_heading(lb_picture *p, const part *q, const char *name) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     int k = 0;
-    for (; k < MOST_TEXT - 1 && name[k]; k++) text[k] = (char)(name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]);
+    for (; k < MAX_TEXT - 1 && name[k]; k++) text[k] = (char)(name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]);
     text[k] = 0;
     lb_label(p, &p->ground, q, TINY, p->t->accent, text, 0);
 }
@@ -153,7 +153,7 @@ static int is_noticed(const lb_picture *p) {
 }
 
 static void draw_title(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const uint32_t colour = p->listing ? p->t->on_accent : p->t->ink;
     button(p, q, p->listing, is_hot(p, q));
     if (p->typing == SAVING) snprintf(text, sizeof text, "Name: %s|", p->typed);
@@ -174,19 +174,19 @@ static void mix_title(const lb_picture *p, const part *q, uint64_t *hash) {
 }
 
 static void draw_quality(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     button(p, q, 0, is_hot(p, q));
     text_of(p, LB_QUALITY, p->values[LB_QUALITY], text);
     lb_label(p, &p->ground, q, SMALL, p->t->ink, text, 1);
 }
 
 static void draw_load(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
-    snprintf(text, sizeof text, "load %.0f %%", 100 * p->told_load);
-    lb_label(p, &p->ground, q, SMALL, p->told_load > 0.9 ? p->t->hot : p->t->soft, text, 1);
+    char text[MAX_TEXT];
+    snprintf(text, sizeof text, "load %.0f %%", 100 * p->shown_load);
+    lb_label(p, &p->ground, q, SMALL, p->shown_load > 0.9 ? p->t->hot : p->t->soft, text, 1);
 }
 
-static void mix_load(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, rint(100 * p->told_load)); }
+static void mix_load(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, rint(100 * p->shown_load)); }
 
 static int is_overloaded(const lb_picture *p) { return look_of(p)->strings && look_of(p)->overload > 0; }
 
@@ -243,8 +243,8 @@ static void play_at(lb_picture *p, double x, double y) {
 /* The performer's PLUCK_POSITION for a place. */
 static double pluck_value(const lb_picture *p, double x) {
     const LB_LOOK *l = look_of(p);
-    const double place = (x - p->nut) / p->metre / l->string[0].length - l->usual;
-    const double near = l->nearest - l->usual, far = l->farthest - l->usual;
+    const double place = (x - p->nut) / p->metre / l->string[0].length - l->default_value;
+    const double near = l->nearest - l->default_value, far = l->farthest - l->default_value;
     if (place * near > 0) return fmin(place / near, 1);
     return place * far > 0 ? fmax(-place / far, -1) : 0;
 }
@@ -295,7 +295,7 @@ static void press_enlarged(lb_picture *p, const part *q, const hand *h) {
 }
 
 static void draw_name(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     lb_note_name((int)look_of(p)->string[q->number].open, text);
     lb_draw_name(p, &p->ground, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
 }
@@ -347,7 +347,7 @@ static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(h
 static void press_lamp(lb_picture *p, const part *q, const hand *h) {
     const lb_switch *s = lb_switch_of(q->number);
     if (h->modifiers & LB_RIGHT) {
-        if (s->parameter >= 0) p->asked = s->parameter + 1;
+        if (s->parameter >= 0) p->requested = s->parameter + 1;
     } else if (s->parameter == LB_TECHNIQUE) lb_change(p, s->parameter, s->on);
     else if (s->parameter >= 0) lb_change(p, s->parameter, value_of(p, s->parameter) > 0 ? 0 : s->on);
     for (int on = 1; s->parameter < 0 && lb_key_of(p, s->action) >= 0 && on >= 0; on--)
@@ -372,7 +372,7 @@ static int is_small(const lb_picture *p, const part *q) { return q->h < px(p, CE
 
 /* The part of a stepper's cell before its box: a switch needs little room for its value. */
 static double name_part(const lb_picture *p, const part *q) {
-    return !is_small(p, q) ? 0 : q->kind == STEPPER && most_of(p, q->number) == 1 ? 0.68 : 0.42;
+    return !is_small(p, q) ? 0 : q->kind == STEPPER && maximum_of(p, q->number) == 1 ? 0.68 : 0.42;
 }
 
 /* Finds a slider's track. */
@@ -383,8 +383,8 @@ static void track_of(const lb_picture *p, const part *q, double *x, double *y, d
 }
 
 static double place_on_track(const lb_picture *p, int k, double v) {
-    const double least = lb_parameters[k].least, range = most_of(p, k) - least;
-    return range > 0 ? fmin(fmax((v - least) / range, 0), 1) : 0;
+    const double minimum = lb_parameters[k].minimum, range = maximum_of(p, k) - minimum;
+    return range > 0 ? fmin(fmax((v - minimum) / range, 0), 1) : 0;
 }
 
 /* The MIDI controller that moves a parameter, as from `lb_face.controller`. */
@@ -393,15 +393,15 @@ static int controller_of(const lb_picture *p, int k) {
 }
 
 static void draw_cell_text(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const lb_parameter *k = &lb_parameters[q->number];
     const int controller = controller_of(p, q->number), idle = lb_is_idle(p, q->number);
     if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
     else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
     const double size = px(p, SMALL), y = q->y + px(p, is_small(p, q) ? 12 : 14), wide = lb_text_width(size, text);
-    const double most = k->points && is_small(p, q) ? q->w * name_part(p, q) - px(p, 4) : q->w;
+    const double maximum = k->points && is_small(p, q) ? q->w * name_part(p, q) - px(p, 4) : q->w;
     const uint32_t ink = idle ? lb_faded(p->t->soft, 0.5) : p->t->ink, soft = idle ? ink : p->t->soft;
-    lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? ink : soft, text, most);
+    lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? ink : soft, text, maximum);
     if (p->keyed && p->focus == q->number)
         lb_round(&p->ground, q->x - px(p, 4), q->y, q->w + px(p, 6), q->h - px(p, 1), px(p, 4), px(p, 1), p->t->accent);
     if (k->points) return; /* a stepper has its value in its box */
@@ -430,12 +430,12 @@ static void draw_slider(lb_picture *p, const part *q) {
     const double high = is_small(p, q) ? 4.5 : 7; /* half the knob */
     const int idle = lb_is_idle(p, q->number);
     const double now = x + w * place_on_track(p, q->number, p->values[q->number]);
-    const double usual = x + w * place_on_track(p, q->number, k->usual), thick = px(p, 4);
+    const double default_value = x + w * place_on_track(p, q->number, k->default_value), thick = px(p, 4);
     lb_round(&p->ground, x, y - thick / 2, w, thick, thick / 2, 0, t->trough);
     if (idle) return;
-    lb_round(&p->ground, fmin(now, usual), y - thick / 2, fabs(now - usual), thick, thick / 2, 0, t->accent);
-    if (k->usual > k->least && k->usual < most_of(p, q->number))
-        lb_box(&p->ground, usual - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
+    lb_round(&p->ground, fmin(now, default_value), y - thick / 2, fabs(now - default_value), thick, thick / 2, 0, t->accent);
+    if (k->default_value > k->minimum && k->default_value < maximum_of(p, q->number))
+        lb_box(&p->ground, default_value - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
     lb_round(&p->ground, now - px(p, 5), y - px(p, high), px(p, 10), px(p, 2 * high), px(p, 4), 0, BLACK);
     const uint32_t colour = is_held(p, q) ? t->accent : is_hot(p, q) ? 0xFFFFFFFF : STRING;
     lb_round(&p->ground, now - px(p, 4), y - px(p, high - 1), px(p, 8), px(p, 2 * high - 2), px(p, 3), 0, colour);
@@ -445,11 +445,11 @@ static void draw_slider(lb_picture *p, const part *q) {
 static void draw_stepper(lb_picture *p, const part *q) {
     const int hot = is_hot(p, q);
     draw_cell_text(p, q);
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
     const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     text_of(p, q->number, p->values[q->number], text);
-    const int is_switch = most_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
+    const int is_switch = maximum_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
     const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
     button(p, &face, 0, hot);
     const uint32_t colour = on ? p->t->accent : p->t->trough;
@@ -475,7 +475,7 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
     mix(hash, lb_is_idle(p, q->number));
     mix_focus(p, q, hash);
     if (p->typed_for == q->number) mix_typed(p, VALUE, hash);
-    mix(hash, most_of(p, q->number) + 1000.0 * controller_of(p, q->number));
+    mix(hash, maximum_of(p, q->number) + 1000.0 * controller_of(p, q->number));
 }
 
 /* --- the response --- */
@@ -483,13 +483,13 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
 #define CABINET "Cabinet"
 
 /* Writes the name of the response. */
-static void response_of(const lb_picture *p, char text[MOST_TEXT]) {
+static void response_of(const lb_picture *p, char text[MAX_TEXT]) {
     *text = 0;
-    if (p->face.response) p->face.response(p->face.owner, text, MOST_TEXT);
+    if (p->face.response) p->face.response(p->face.owner, text, MAX_TEXT);
 }
 
 static void draw_response(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
     const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     const part room = {.x = face.x + px(p, 8), .y = face.y, .w = face.w - px(p, 24), .h = face.h};
@@ -503,12 +503,12 @@ static void draw_response(lb_picture *p, const part *q) {
 }
 
 static void mix_response(const lb_picture *p, const part *q, uint64_t *hash) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     response_of(p, text);
     for (int k = 0; text[k]; k++) mix(hash, text[k]);
 }
 
-static void press_response(lb_picture *p, const part *q, const hand *h) { p->asked = q->number + 1; }
+static void press_response(lb_picture *p, const part *q, const hand *h) { p->requested = q->number + 1; }
 
 void lb_choose_response(lb_picture *p, int file) {
     const char *why = p->face.respond(p->face.owner, file);
@@ -518,15 +518,15 @@ void lb_choose_response(lb_picture *p, int file) {
 static double slider_value(const lb_picture *p, const part *q, double x) {
     double left, y, wide;
     track_of(p, q, &left, &y, &wide);
-    const double least = lb_parameters[q->number].least;
-    return allowed(p, q->number, least + (most_of(p, q->number) - least) * (x - left) / wide);
+    const double minimum = lb_parameters[q->number].minimum;
+    return allowed(p, q->number, minimum + (maximum_of(p, q->number) - minimum) * (x - left) / wide);
 }
 
 /* Takes hold of a value. Beside the knob, on the track, the value jumps there; on the number, a click types it. */
 static void press_slider(lb_picture *p, const part *q, const hand *h) {
     p->focus = q->number;
     if (h->modifiers & LB_RIGHT) {
-        p->asked = q->number + 1;
+        p->requested = q->number + 1;
         p->held = -1;
         return;
     }
@@ -542,7 +542,7 @@ static void press_slider(lb_picture *p, const part *q, const hand *h) {
 static void drag_slider(lb_picture *p, const part *q, const hand *h) {
     if (p->pressed_number && fabs(h->x - p->grabbed) < px(p, 3)) return;
     p->pressed_number = 0;
-    const double range = most_of(p, q->number) - lb_parameters[q->number].least;
+    const double range = maximum_of(p, q->number) - lb_parameters[q->number].minimum;
     const double moved = range * (h->x - p->grabbed) / (q->w - px(p, 10));
     set(p, q->number, allowed(p, q->number, p->from + (h->modifiers & LB_SHIFT ? 0.1 : 1) * moved), LB_MOVE);
 }
@@ -563,7 +563,7 @@ static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 
 /* Undoes the last change, and names it: it may be on another page. */
 static void press_undo(lb_picture *p, const part *q, const hand *h) {
     double before[LB_PARAMETERS];
-    char cabinet[MOST_TEXT], now[MOST_TEXT];
+    char cabinet[MAX_TEXT], now[MAX_TEXT];
     int k = 0;
     for (int j = 0; j < LB_PARAMETERS; j++) before[j] = value_of(p, j);
     response_of(p, cabinet);
@@ -613,7 +613,7 @@ static void read_list(lb_picture *p) {
 static void draw_save(lb_picture *p, const part *q) { draw_button(p, q, "Save", 0, is_hot(p, q)); }
 
 void lb_save(lb_picture *p) {
-    char name[MOST_TEXT - 16];
+    char name[MAX_TEXT - 16];
     snprintf(name, sizeof name, "%s", p->typed);
     if (p->face.save(p->face.owner, name, sizeof name)) notice(p, "Saved: ", name);
     else notice(p, "Not saved: see the log of the host", "");
@@ -718,7 +718,7 @@ static int is_playing(const lb_picture *p, const part *q) {
 static void mix_item(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, is_playing(p, q)); }
 
 static void draw_item(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     text_of(p, LB_BASS, q->number, text);
     draw_row(p, q, text, is_playing(p, q), is_hot(p, q), 0);
 }
@@ -746,7 +746,7 @@ static void draw_sounds(lb_picture *p, const part *q) {
 
 /* The text that the listed names must have. */
 static void draw_search(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
+    char text[MAX_TEXT];
     const part room = {.x = q->x + px(p, 8), .y = q->y, .w = q->w - px(p, 16), .h = q->h};
     snprintf(text, sizeof text, "%s|", *p->typed ? p->typed : "Type to search ");
     lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 5), px(p, 1), p->t->edge);
@@ -777,7 +777,7 @@ static void mix_crowns(const lb_picture *p, const part *q, uint64_t *hash) { lb_
 
 /* --- the table --- */
 
-enum { USUAL = LB_POINTER_USUAL, HAND = LB_POINTER_HAND, ACROSS = LB_POINTER_ACROSS };
+enum { DEFAULT = LB_POINTER_DEFAULT, HAND = LB_POINTER_HAND, ACROSS = LB_POINTER_ACROSS };
 const lb_kind lb_kinds[KINDS] = {
     [WORDMARK] = {.draw = draw_wordmark},
     [PREVIOUS] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND, "The bass or sound before."},
@@ -792,7 +792,7 @@ const lb_kind lb_kinds[KINDS] = {
     [SLIDER] = {draw_slider, mix_slider, press_slider, drag_slider, wheel_slider, ACROSS, 0},
     [STEPPER] = {draw_stepper, mix_stepper, press_step, 0, wheel_step, HAND, 0},
     [ITEM] = {draw_item, mix_item, press_item, 0, wheel_list, HAND, 0},
-    [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, USUAL, 0},
+    [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, DEFAULT, 0},
     [PLUCK] = {0, 0, press_pluck, drag_pluck, wheel_pluck, ACROSS, 0},
     [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND, "Magnification of the strings' motion."},
     [ENLARGED] = {draw_enlarged, mix_enlarged, press_enlarged, 0, wheel_enlarged, HAND, "Zoom of all windows of livebass."},

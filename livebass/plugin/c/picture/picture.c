@@ -51,7 +51,7 @@ static uint64_t part_state(const lb_picture *p, int k) {
     const part *q = &p->parts[k];
     const lb_kind *kind = &lb_kinds[q->kind];
     uint64_t hash = 1;
-    if (kind->pointer != LB_POINTER_USUAL) mix(&hash, (p->hovered == k) + 2 * (p->held == k));
+    if (kind->pointer != LB_POINTER_DEFAULT) mix(&hash, (p->hovered == k) + 2 * (p->held == k));
     if (kind->state) kind->state(p, q, &hash);
     return hash | 1;
 }
@@ -70,9 +70,9 @@ static int take_sheet(lb_picture *p, uint32_t *pixels, int width, int height) {
 }
 
 static void tell_load(lb_picture *p) {
-    if (p->seconds - p->told_at < 0.5 && p->seconds >= p->told_at) return;
-    p->told_at = p->seconds;
-    p->told_load = look_of(p)->strings ? look_of(p)->load : 0;
+    if (p->seconds - p->shown_at < 0.5 && p->seconds >= p->shown_at) return;
+    p->shown_at = p->seconds;
+    p->shown_load = look_of(p)->strings ? look_of(p)->load : 0;
 }
 
 static int moves_value(const part *q) { return lb_kinds[q->kind].pointer == LB_POINTER_ACROSS; }
@@ -97,7 +97,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     memset(dirty, 0, 4 * sizeof *dirty);
     if (width < 1 || height < 1 || !take_sheet(p, pixels, width, height)) return;
     scale = fmin(fmax(scale, 1), 4);
-    const double room = fmin(width / (scale * LB_LEAST_WIDTH), height / (scale * LB_LEAST_HEIGHT));
+    const double room = fmin(width / (scale * LB_MIN_WIDTH), height / (scale * LB_MIN_HEIGHT));
     p->scale = scale * fmin(p->enlarged, fmax(room, 1));
     p->t = &themes[dark != 0];
     p->level = fmax(p->level - FALL * fmin(fmax(seconds - p->seconds, 0), 1), FLOOR_DB);
@@ -200,13 +200,13 @@ int lb_point(lb_picture *p, int kind, double x, double y, int modifiers) {
         if (q && !held && lb_kinds[q->kind].wheel) lb_kinds[q->kind].wheel(p, q, &h);
     } else if (kind == LB_POINT_DOUBLE && q && moves_value(q)) {
         let_go(p);
-        lb_change(p, q->number, lb_parameters[q->number].usual);
+        lb_change(p, q->number, lb_parameters[q->number].default_value);
     } else if (pressing) {
         let_go(p);
         if (q) press(p, at, &h);
-        if (p->asked) lb_open_menu(p, p->asked - 1, x, y);
-        p->asked = 0;
+        if (p->requested) lb_open_menu(p, p->requested - 1, x, y);
+        p->requested = 0;
     }
     const int shown = p->held >= 0 ? p->held : at;
-    return shown >= 0 ? lb_kinds[p->parts[shown].kind].pointer : LB_POINTER_USUAL;
+    return shown >= 0 ? lb_kinds[p->parts[shown].kind].pointer : LB_POINTER_DEFAULT;
 }

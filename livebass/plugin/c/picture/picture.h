@@ -5,21 +5,21 @@
 #include "instance/instance.h"
 
 enum { LB_WIDTH = 900, LB_HEIGHT = 460 };             /* a new window's size, at scale 1 ... */
-enum { LB_LEAST_WIDTH = 640, LB_LEAST_HEIGHT = 320 }; /* ... and the smallest that shows everything */
+enum { LB_MIN_WIDTH = 640, LB_MIN_HEIGHT = 320 }; /* ... and the smallest that shows everything */
 enum { LB_POINT_MOVE, LB_POINT_PRESS, LB_POINT_RELEASE, LB_POINT_LEAVE, LB_POINT_DOUBLE, LB_POINT_UP, LB_POINT_DOWN };
 /* Keys: letters by their Unicode number, and these. */
 enum { LB_KEY_BACK = 8, LB_KEY_TAB = 9, LB_KEY_ENTER = 13, LB_KEY_ESCAPE = 27, LB_KEY_DELETE = 127,
        LB_KEY_LEFT = 0x110000, LB_KEY_UP, LB_KEY_RIGHT, LB_KEY_DOWN };
 enum { LB_SHIFT = 1, LB_CONTROL = 2, LB_ALT = 4, LB_RIGHT = 8 }; /* modifiers; LB_RIGHT: the right button */
 /* The shape of the pointer that lb_point returns. */
-enum { LB_POINTER_USUAL, LB_POINTER_HAND, LB_POINTER_ACROSS /* may be dragged left and right */ };
+enum { LB_POINTER_DEFAULT, LB_POINTER_HAND, LB_POINTER_ACROSS /* may be dragged left and right */ };
 
 /* A picture's contents and callbacks. */
 typedef struct {
     void *owner;
     const lb_look *look;
     double (*value)(void *owner, int parameter);
-    double (*most)(void *owner, int parameter);
+    double (*maximum)(void *owner, int parameter);
     /* `value` is also set in the phases LB_BEGIN and LB_END. */
     void (*set)(void *owner, int parameter, double value, int phase);
     void (*text)(void *owner, int parameter, double value, char *, size_t);

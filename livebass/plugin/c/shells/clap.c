@@ -27,7 +27,7 @@ typedef struct {
     const clap_host_thread_pool *pool;
     const clap_host_params *params;
     int apart; /* has one output per string */
-    int asked; /* on_main_thread() will be called */
+    int requested; /* on_main_thread() will be called */
     int overload, bass, quality; /* as the host knows them */
     lb_editor *editor;
     int width, height; /* of the window, pixels (Cocoa: points) ... */
@@ -45,7 +45,7 @@ static void complain(void *owner, const char *line) {
 
 static void ask(void *owner) {
     clap *c = owner;
-    if (!__atomic_exchange_n(&c->asked, 1, __ATOMIC_ACQ_REL)) c->host->request_callback(c->host);
+    if (!__atomic_exchange_n(&c->requested, 1, __ATOMIC_ACQ_REL)) c->host->request_callback(c->host);
 }
 
 /* --- strings side by side --- */
@@ -81,7 +81,7 @@ static void destroy(const clap_plugin *p) {
 }
 
 /* Blocks may be of any size. */
-static bool activate(const clap_plugin *p, double rate, uint32_t least, uint32_t most) {
+static bool activate(const clap_plugin *p, double rate, uint32_t minimum, uint32_t maximum) {
     return lb_activate_instance(&of(p)->instance, rate);
 }
 
@@ -100,7 +100,7 @@ static void tell_names(const clap *c) {
 }
 
 static void on_main_thread(const clap_plugin *p) {
-    __atomic_store_n(&of(p)->asked, 0, __ATOMIC_RELEASE);
+    __atomic_store_n(&of(p)->requested, 0, __ATOMIC_RELEASE);
     lb_serve(&of(p)->instance);
     tell_names(of(p));
 }
@@ -250,7 +250,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     if (index == LB_PARAMETERS) {
         info->id = OVERLOAD;
         info->flags = CLAP_PARAM_STEPPED | CLAP_PARAM_READONLY;
-        info->most = LB_STRINGS;
+        info->maximum = LB_STRINGS;
         snprintf(info->name, sizeof info->name, "Overload");
         snprintf(info->module, sizeof info->module, "Processor");
         return true;
@@ -264,9 +264,9 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
     if (known->points || index == LB_BASS) info->flags |= CLAP_PARAM_ENUM;
     snprintf(info->name, sizeof info->name, "%s", known->name);
-    info->least = known->least;
-    info->most = lb_most(&of(p)->instance, (int)index);
-    info->usual = lb_usual(&of(p)->instance, (int)index);
+    info->minimum = known->minimum;
+    info->maximum = lb_maximum(&of(p)->instance, (int)index);
+    info->default_value = lb_default(&of(p)->instance, (int)index);
     return true;
 }
 
@@ -361,9 +361,9 @@ static bool save(const clap_plugin *p, const clap_out_stream *to) {
 static bool load(const clap_plugin *p, const clap_in_stream *from) {
     size_t count = 0;
     int64_t got;
-    char *bytes = malloc(LB_MOST_STATE);
+    char *bytes = malloc(LB_MAX_STATE);
     if (!bytes) return false;
-    while (count < LB_MOST_STATE && (got = from->read(from, bytes + count, LB_MOST_STATE - count)) > 0) count += (size_t)got;
+    while (count < LB_MAX_STATE && (got = from->read(from, bytes + count, LB_MAX_STATE - count)) > 0) count += (size_t)got;
     const bool good = lb_load_state(&of(p)->instance, bytes, count);
     free(bytes);
     if (good) {
@@ -407,7 +407,7 @@ static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
-        if (lb_is_of_sides(k)) lb_set_value(i, k, lb_parameters[k].usual);
+        if (lb_is_of_sides(k)) lb_set_value(i, k, lb_parameters[k].default_value);
     lb_set_value(i, LB_BASS, bass);
     lb_set_response(i, 0);
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
@@ -450,7 +450,7 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
     clap *c = of(p);
     if (!has_windows(p, api, floating)) return false;
     if (c->scale <= 0) c->scale = lb_system_scale();
-    lb_usual_size(c->scale, &c->width, &c->height);
+    lb_default_size(c->scale, &c->width, &c->height);
     return true;
 }
 
@@ -466,7 +466,7 @@ static bool set_scale(const clap_plugin *p, double scale) {
     clap *c = of(p);
     if (c->editor || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
     c->scale = scale;
-    lb_usual_size(scale, &c->width, &c->height);
+    lb_default_size(scale, &c->width, &c->height);
     return true;
 }
 
@@ -484,7 +484,7 @@ static bool resize_hints(const clap_plugin *p, clap_resize_hints *hints) {
 }
 
 static bool adjust_size(const clap_plugin *p, uint32_t *width, uint32_t *height) {
-    int w = *width < LB_MOST_SIZE ? (int)*width : LB_MOST_SIZE, h = *height < LB_MOST_SIZE ? (int)*height : LB_MOST_SIZE;
+    int w = *width < LB_MAX_SIZE ? (int)*width : LB_MAX_SIZE, h = *height < LB_MAX_SIZE ? (int)*height : LB_MAX_SIZE;
     lb_allowed_size(of(p)->scale, &w, &h);
     *width = (uint32_t)w;
     *height = (uint32_t)h;

@@ -25,7 +25,7 @@ enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 
 typedef struct {
     lb_instance instance;
-    int asked;    /* the worker will call lb_serve */
+    int requested;    /* the worker will call lb_serve */
     uint64_t restored; /* parameters that a state set, a bit each: their ports count once they move */
     int running;  /* the audio thread is in run() ... */
     int held;     /* ... and must stay out while restore() changes the bass */
@@ -39,14 +39,14 @@ typedef struct {
     uint64_t looks;            /* looks sent */
     double watched;            /* s until the window counts as closed, unless it reports again */
     lb_sides sides[2];         /* the present and the next: save() may read during run() */
-    int sides_at, sides_asked; /* sides_asked: send them to the window */
+    int sides_at, sides_requested; /* sides_requested: send them to the window */
     char titles[2][LB_STATE_NAME]; /* the present and the next name of the response */
-    int title_at, title_asked;
-    int update_asked, kept_asked; /* by a window; send it whether a kept bass plays */
+    int title_at, title_requested;
+    int update_requested, kept_requested; /* by a window; send it whether a kept bass plays */
     char wanted[LB_PATH], path[LB_PATH]; /* the response that a window wants ... */
     int is_wanted, path_full; /* ... and on its way to the worker; 1 + LB_GIVE or LB_PUT_AWAY: of a song instead */
     lb_song_view songs[2];    /* the present and the next view of the song, and what a window knows of it */
-    int song_at, song_asked, song_told;
+    int song_at, song_requested, song_reported;
     lb_response *earlier[LB_UNDONE]; /* that its Undo may bring back, and how many there were: under the lock */
     uint32_t replaced;
     uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, update_atom, song_atom, chunk;
@@ -69,9 +69,9 @@ static void complain(void *owner, const char *line) {
 static void ask(void *owner) {
     plugin *p = owner;
     const uint8_t job = 0;
-    if (!p->worker || __atomic_exchange_n(&p->asked, 1, __ATOMIC_ACQ_REL)) return;
+    if (!p->worker || __atomic_exchange_n(&p->requested, 1, __ATOMIC_ACQ_REL)) return;
     if (p->worker->schedule(p->worker->handle, sizeof job, &job) != LV2_SUCCESS)
-        __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
+        __atomic_store_n(&p->requested, 0, __ATOMIC_RELEASE);
 }
 
 static void nothing(void *owner) {}
@@ -169,7 +169,7 @@ static void let_in(plugin *p) { __atomic_store_n(&p->held, 0, __ATOMIC_SEQ_CST);
 static void activate(void *handle) {
     plugin *p = handle;
     lb_reset_instance(&p->instance);
-    __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE); /* the host may have dropped the job */
+    __atomic_store_n(&p->requested, 0, __ATOMIC_RELEASE); /* the host may have dropped the job */
 }
 
 static void deactivate(void *handle) {
@@ -213,10 +213,10 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     if (atom->type == p->watch_atom) {
         int32_t asks = 0;
         if (atom->size == sizeof asks) memcpy(&asks, atom + 1, sizeof asks);
-        if (asks) p->sides_asked = 1;
-        if (asks) __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELAXED);
-        if (asks) __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELAXED);
-        if (asks) __atomic_store_n(&p->song_asked, 1, __ATOMIC_RELAXED);
+        if (asks) p->sides_requested = 1;
+        if (asks) __atomic_store_n(&p->title_requested, 1, __ATOMIC_RELAXED);
+        if (asks) __atomic_store_n(&p->kept_requested, 1, __ATOMIC_RELAXED);
+        if (asks) __atomic_store_n(&p->song_requested, 1, __ATOMIC_RELAXED);
         p->watched = WATCHED;
     }
     if (atom->type == p->sides_atom && atom->size == sizeof sides) {
@@ -239,7 +239,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         }
     }
     if (atom->type == p->update_atom) {
-        __atomic_store_n(&p->update_asked, 1, __ATOMIC_RELEASE);
+        __atomic_store_n(&p->update_requested, 1, __ATOMIC_RELEASE);
         ask(p);
     }
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
@@ -297,10 +297,10 @@ static void send_look(plugin *p) {
     const lb_look *look = &p->instance.look;
     if (!p->shown) return;
     const uint32_t room = p->shown->atom.size, head = clear_looks(p);
-    const int sides = p->sides_asked, title = !sides && __atomic_load_n(&p->title_asked, __ATOMIC_ACQUIRE);
-    const int kept = !sides && !title && __atomic_load_n(&p->kept_asked, __ATOMIC_ACQUIRE);
+    const int sides = p->sides_requested, title = !sides && __atomic_load_n(&p->title_requested, __ATOMIC_ACQUIRE);
+    const int kept = !sides && !title && __atomic_load_n(&p->kept_requested, __ATOMIC_ACQUIRE);
     const int word = song_word(&p->instance), other = sides || title || kept;
-    const int song = !other && (__atomic_load_n(&p->song_asked, __ATOMIC_ACQUIRE) || word != p->song_told);
+    const int song = !other && (__atomic_load_n(&p->song_requested, __ATOMIC_ACQUIRE) || word != p->song_reported);
     const int32_t outdated = lb_is_kept(p->instance.shelf, bass_of(p));
     const lv2_atom body = sides   ? (lv2_atom){sizeof(lb_sides), p->sides_atom}
                           : title ? (lv2_atom){LB_STATE_NAME, p->response_atom}
@@ -315,12 +315,12 @@ static void send_look(plugin *p) {
     else if (kept) memcpy(e + 1, &outdated, sizeof outdated);
     else if (song) fill_song(p, (lb_song_view *)(e + 1));
     else if (!lb_read_look(look, 0, (LB_LOOK *)(e + 1))) return;
-    if (sides) p->sides_asked = 0;
-    else if (title) __atomic_store_n(&p->title_asked, 0, __ATOMIC_RELAXED);
-    else if (kept) __atomic_store_n(&p->kept_asked, 0, __ATOMIC_RELAXED);
+    if (sides) p->sides_requested = 0;
+    else if (title) __atomic_store_n(&p->title_requested, 0, __ATOMIC_RELAXED);
+    else if (kept) __atomic_store_n(&p->kept_requested, 0, __ATOMIC_RELAXED);
     else if (song) {
-        p->song_told = word;
-        __atomic_store_n(&p->song_asked, 0, __ATOMIC_RELAXED);
+        p->song_reported = word;
+        __atomic_store_n(&p->song_requested, 0, __ATOMIC_RELAXED);
     }
     else p->looks = lb_looks_taken(look);
     e->frame = 0;
@@ -365,7 +365,7 @@ static void run(void *handle, uint32_t frames) {
     send_look(p);
     if (p->overload) *p->overload = (float)lb_overload(i->synth);
     const int bass = (int)lb_value(i, LB_BASS);
-    if (p->named != bass) __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELAXED);
+    if (p->named != bass) __atomic_store_n(&p->kept_requested, 1, __ATOMIC_RELAXED);
     if (p->names && p->named != bass) p->names->update(p->names->handle);
     p->named = bass;
     end_run(p);
@@ -378,7 +378,7 @@ static void tell_title(plugin *p) {
     snprintf(p->titles[other], LB_STATE_NAME, "%s", r ? r->kept->name : "");
     lb_free_response(r);
     __atomic_store_n(&p->title_at, other, __ATOMIC_RELEASE);
-    __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->title_requested, 1, __ATOMIC_RELEASE);
 }
 
 /* Keeps the present response: a window may undo its change. [not the audio thread] */
@@ -427,7 +427,7 @@ static void tell_song(plugin *p) {
     lb_view_song(&p->instance, &p->songs[other]);
     if (now->there == next->there && !strcmp(now->line, next->line)) return;
     __atomic_store_n(&p->song_at, other, __ATOMIC_RELEASE);
-    __atomic_store_n(&p->song_asked, 1, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->song_requested, 1, __ATOMIC_RELEASE);
 }
 
 /* Plays the song that a window gives, or none. */
@@ -439,13 +439,13 @@ static void take_song(plugin *p, int give) {
 
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
     plugin *p = handle;
-    __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->requested, 0, __ATOMIC_RELEASE);
     const int full = __atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE);
     if (full > 1) take_song(p, full == 1 + LB_GIVE);
     else if (full) read_response(p);
-    if (__atomic_exchange_n(&p->update_asked, 0, __ATOMIC_ACQ_REL)) {
+    if (__atomic_exchange_n(&p->update_requested, 0, __ATOMIC_ACQ_REL)) {
         lb_update_bass(p->instance.shelf, bass_of(p));
-        __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELEASE);
+        __atomic_store_n(&p->kept_requested, 1, __ATOMIC_RELEASE);
     }
     lb_serve(&p->instance);
     tell_song(p);
@@ -483,7 +483,7 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     if (sides->side) store(to, p->key_side, &sides->side, sizeof sides->side, p->whole, LV2_PLAIN);
     for (int k = 0; k < LB_PARAMETERS; k++) {
         const float value = (float)sides->aside[k];
-        if (p->key_aside[k] && value != (float)lb_parameters[k].usual)
+        if (p->key_aside[k] && value != (float)lb_parameters[k].default_value)
             store(to, p->key_aside[k], &value, sizeof value, p->real, LV2_PLAIN);
     }
     lb_response *r = lb_use_response(&p->instance);
@@ -520,8 +520,8 @@ static double kept_real(const plugin *p, lv2_retrieve get, void *from, uint32_t 
 static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *sides) {
     sides->side = kept(p, get, from, p->key_side, 0) == 1;
     for (int k = 0; k < LB_PARAMETERS; k++)
-        sides->aside[k] = p->key_aside[k] ? kept_real(p, get, from, p->key_aside[k], lb_parameters[k].usual)
-                                          : lb_parameters[k].usual;
+        sides->aside[k] = p->key_aside[k] ? kept_real(p, get, from, p->key_aside[k], lb_parameters[k].default_value)
+                                          : lb_parameters[k].default_value;
 }
 
 /* Loads the bass while the old one plays on; then resets the synth with it. */
@@ -555,7 +555,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     }
     for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
-    const double port = isfinite(p->seen[LB_TECHNIQUE]) ? p->seen[LB_TECHNIQUE] : lb_parameters[LB_TECHNIQUE].usual;
+    const double port = isfinite(p->seen[LB_TECHNIQUE]) ? p->seen[LB_TECHNIQUE] : lb_parameters[LB_TECHNIQUE].default_value;
     const double stroke = kept_real(p, get, from, p->key_stroke, NAN); /* by a key */
     state.values[LB_TECHNIQUE] = isfinite(stroke) ? stroke : port;
     read_sides(p, get, from, &state.sides);
@@ -564,9 +564,9 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     lb_serve(i);
     hold(p);
     set_sides(p, &state.sides);
-    p->sides_asked = 1;
+    p->sides_requested = 1;
     tell_title(p);
-    __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->kept_requested, 1, __ATOMIC_RELEASE);
     p->restored = 1ull << LB_BASS | 1ull << LB_QUALITY | (uint64_t)isfinite(stroke) << LB_TECHNIQUE;
     lb_reset_instance(i);
     let_in(p);

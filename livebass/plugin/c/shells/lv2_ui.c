@@ -16,7 +16,7 @@ typedef struct {
     double scale;
     uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response, update, song;
     lb_song_there there;
-    time_t told;    /* when it last told the plugin that it is open */
+    time_t reported;    /* when it last told the plugin that it is open */
     double stroke;  /* the plugin's, as last seen */
     uint32_t responses; /* told of those set */
     uint32_t updates;   /* known of those to the present bass */
@@ -60,7 +60,7 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->instance.moved = nothing; /* `idle` looks for moves */
     u->scale = lb_system_scale();
     int width, height;
-    lb_usual_size(u->scale, &width, &height);
+    lb_default_size(u->scale, &width, &height);
     if (lb_open_instance(&u->instance, folder)) {
         lb_read_sides(&u->instance, &u->sides);
         u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, u->scale);
@@ -188,8 +188,8 @@ static int idle(void *handle) {
     if (u->updates != u->instance.updates) send(u, u->update, &u->asks, sizeof u->asks);
     u->updates = u->instance.updates;
     send_song(u);
-    if (now != u->told) send(u, u->watch, &u->asks, sizeof u->asks);
-    u->told = now;
+    if (now != u->reported) send(u, u->watch, &u->asks, sizeof u->asks);
+    u->reported = now;
     return 0;
 }
 

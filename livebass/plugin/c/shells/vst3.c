@@ -40,7 +40,7 @@ typedef struct {
     double value;
     vst3_event event;
 } change;
-enum { CHANGE = 1 << 16, PLACES = 1 << 20, MOST_REPEATS = PLACES / (2 * CHANGES) - 1 };
+enum { CHANGE = 1 << 16, PLACES = 1 << 20, MAX_REPEATS = PLACES / (2 * CHANGES) - 1 };
 #define FRAME (2 * (int64_t)PLACES) /* of `order` */
 
 static const vst3_id interface_ids[] = {
@@ -128,14 +128,14 @@ static void to_narrow(char *to, size_t room, const int16_t *from) {
 
 static double plain(const vst3 *v, uint32_t id, double x) {
     if (id >= LB_PARAMETERS) return x;
-    const double least = lb_parameters[id].least;
-    return lb_allowed(&v->instance, (int)id, least + x * (lb_most(&v->instance, (int)id) - least));
+    const double minimum = lb_parameters[id].minimum;
+    return lb_allowed(&v->instance, (int)id, minimum + x * (lb_maximum(&v->instance, (int)id) - minimum));
 }
 
 static double normal(const vst3 *v, uint32_t id, double x) {
     if (id >= LB_PARAMETERS) return x;
-    const double least = lb_parameters[id].least;
-    return (x - least) / (lb_most(&v->instance, (int)id) - least);
+    const double minimum = lb_parameters[id].minimum;
+    return (x - minimum) / (lb_maximum(&v->instance, (int)id) - minimum);
 }
 
 static void show_all(vst3 *v) {
@@ -253,13 +253,13 @@ static vst3_result set_active(void *self, uint8_t on) {
 
 static vst3_result set_state(void *self, vst3_stream **from) {
     vst3 *v = of(self);
-    char *bytes = malloc(LB_MOST_STATE);
+    char *bytes = malloc(LB_MAX_STATE);
     int32_t got = 0, count = 0;
     if (!bytes || !v->instance.shelf) {
         free(bytes);
         return VST3_NO;
     }
-    while (count < LB_MOST_STATE && (*from)->read(from, bytes + count, LB_MOST_STATE - count, &got) == VST3_OK && got > 0) count += got;
+    while (count < LB_MAX_STATE && (*from)->read(from, bytes + count, LB_MAX_STATE - count, &got) == VST3_OK && got > 0) count += got;
     const int good = lb_load_state(&v->instance, bytes, (size_t)count);
     free(bytes);
     if (!good) return VST3_NO;
@@ -352,7 +352,7 @@ static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id
 static int32_t number_of(const vst3 *v, uint32_t id, int repeat) {
     const int hidden = lb_find_hidden(id), controller = hidden < 0 ? -1 : lb_hidden_at(hidden).controller;
     const int selects = controller == RPN_LOW || controller == RPN_HIGH;
-    return (2 * (repeat < MOST_REPEATS ? repeat : MOST_REPEATS) + !selects) * CHANGES + v->change_count;
+    return (2 * (repeat < MAX_REPEATS ? repeat : MAX_REPEATS) + !selects) * CHANGES + v->change_count;
 }
 
 /* Collects the host's notes; then their last bends, while half of the places are free; then its parameter points. If
@@ -560,7 +560,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
         const lb_hidden hidden = lb_hidden_at(index - LB_PARAMETERS);
         lb_hidden_name(index - LB_PARAMETERS, name);
         p->id = hidden.id;
-        p->usual = hidden.usual;
+        p->default_value = hidden.default_value;
         p->flags = VST3_IS_HIDDEN;
         p->unit = MIDI_UNIT; /* some hosts list hidden parameters, too */
         to_wide(p->title, name);
@@ -571,11 +571,11 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     p->unit = index == LB_BASS ? VST3_ROOT_UNIT : group_of(known->group); /* the root has the list of programs */
     to_wide(p->title, known->name);
     to_wide(p->unit_name, unit_of(p->id));
-    p->usual = normal(v, p->id, lb_usual(&v->instance, index));
+    p->default_value = normal(v, p->id, lb_default(&v->instance, index));
     /* The bass is not automatable: on a longer shelf the same value from 0 to 1 is another bass; sessions save its
        name. Others must be: Ardour hides parameters that are not, except programs. */
     p->flags = index == LB_BASS || index == LB_CORES ? 0 : VST3_CAN_AUTOMATE;
-    if (known->whole) p->steps = (int32_t)(lb_most(&v->instance, index) - known->least);
+    if (known->whole) p->steps = (int32_t)(lb_maximum(&v->instance, index) - known->minimum);
     if (known->points || index == LB_BASS) p->flags |= VST3_IS_LIST;
     if (index == LB_BASS) p->flags |= VST3_IS_PROGRAM_CHANGE;
     return VST3_OK;
@@ -768,7 +768,7 @@ static vst3_result set_program_data(void *self, int32_t list, int32_t program, v
 static const struct {
     uint32_t type, physical; /* physical: its motion on a keyboard */
     const char *name;
-    double usual;
+    double default_value;
 } known_expressions[] = {
     {VST3_TUNING, VST3_MOVED_X, "Tuning", 0.5},
     {VST3_VIBRATO, VST3_PRESSED, "Vibrato", 0},
@@ -786,13 +786,13 @@ static int find_expression(uint32_t type) {
 /* Needs nothing from the host's transport. */
 static uint32_t requirements(void *self) { return 0; }
 
-static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *asked) {
+static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *requested) {
     if (bus) return VST3_INVALID;
-    for (uint32_t j = 0; j < asked->count; j++) {
-        asked->map[j].expression = UINT32_MAX;
+    for (uint32_t j = 0; j < requested->count; j++) {
+        requested->map[j].expression = UINT32_MAX;
         for (int k = 0; k < EXPRESSION_COUNT; k++)
-            if (known_expressions[k].physical == asked->map[j].physical)
-                asked->map[j].expression = known_expressions[k].type;
+            if (known_expressions[k].physical == requested->map[j].physical)
+                requested->map[j].expression = known_expressions[k].type;
     }
     return VST3_OK;
 }
@@ -804,8 +804,8 @@ static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int
     memset(e, 0, sizeof *e);
     e->type = known_expressions[index].type;
     e->unit = VST3_NO_UNIT;
-    e->usual = known_expressions[index].usual;
-    e->most = 1;
+    e->default_value = known_expressions[index].default_value;
+    e->maximum = 1;
     e->flags = e->type == VST3_VIBRATO ? 0 : VST3_IS_BIPOLAR;
     to_wide(e->title, known_expressions[index].name);
     to_wide(e->unit_name, e->type == VST3_TUNING ? "semitones" : "");
@@ -847,7 +847,7 @@ static vst3_result switch_info(void *self, int32_t bus, int16_t channel, int32_t
     if (key < 0) return VST3_INVALID;
     memset(s, 0, sizeof *s);
     s->type = VST3_BEFORE_NOTES;
-    s->least = s->most = key;
+    s->minimum = s->maximum = key;
     s->remapped = -1;
     s->unit = VST3_NO_UNIT;
     to_wide(s->title, lb_switch_name(i, key));
@@ -941,7 +941,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         for (int t = 0; t < INTERFACES; t++) v->faces[t] = (face){tables[t], v};
         v->users = 1;
         v->apart = k == 1;
-        for (int h = 0; h < LB_HIDDEN; h++) v->hidden[h] = lb_hidden_at(h).usual;
+        for (int h = 0; h < LB_HIDDEN; h++) v->hidden[h] = lb_hidden_at(h).default_value;
         v->instance.owner = v;
         v->instance.complain = lb_complain; /* VST3 has no log */
         v->instance.ask = ask;

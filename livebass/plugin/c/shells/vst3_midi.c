@@ -13,26 +13,26 @@ enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* controllers in t
 static const int own[LB_OWN] = {VST3_BEND, VST3_PRESSURE, PLACED};
 static const char *const own_names[LB_OWN] = {"Pitch bend", "Pressure", "Plucking place"};
 
-static double usual_of(int controller) {
+static double default_of(int controller) {
     const double middle = 64.0 / 127;
     if (controller >= LB_LEARNED && controller < LB_LEARNED + LB_PLAYED_PARAMETERS) {
         const int parameter = controller - LB_LEARNED;
-        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].least < 0 ? middle : 0;
+        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].minimum < 0 ? middle : 0;
     }
     if (controller == TONE || controller == BLEND) return middle;
     return controller == VST3_BEND ? 0.5 : controller == VOLUME || controller == EXPRESSION;
 }
 
 lb_hidden lb_hidden_at(int index) {
-    if (index < FIRST_OWN) return (lb_hidden){(uint32_t)(CONTROLLERS + index), 0, index, usual_of(index)};
+    if (index < FIRST_OWN) return (lb_hidden){(uint32_t)(CONTROLLERS + index), 0, index, default_of(index)};
     if (index < FIRST_OTHER) {
         const int k = index - FIRST_OWN, controller = own[k % LB_OWN];
-        const double usual = controller == PLACED ? 64.0 / 127 : usual_of(controller);
-        return (lb_hidden){(uint32_t)(CHANNELS + k), k / LB_OWN, controller, usual};
+        const double default_value = controller == PLACED ? 64.0 / 127 : default_of(controller);
+        return (lb_hidden){(uint32_t)(CHANNELS + k), k / LB_OWN, controller, default_value};
     }
     const int k = index - FIRST_OTHER, channel = 1 + k / LB_OTHER, number = k % LB_OTHER;
     const int controller = number + (number >= PLACED);
-    return (lb_hidden){(uint32_t)(OTHERS + channel * EACH + controller), channel, controller, usual_of(controller)};
+    return (lb_hidden){(uint32_t)(OTHERS + channel * EACH + controller), channel, controller, default_of(controller)};
 }
 
 void lb_hidden_name(int index, char name[64]) {

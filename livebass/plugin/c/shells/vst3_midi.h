@@ -11,7 +11,7 @@ enum { LB_HIDDEN = VST3_CONTROLLERS + LB_CHANNELS * LB_OWN + (LB_CHANNELS - 1) *
 typedef struct {
     uint32_t id;
     int channel, controller; /* controller: MIDI's, or VST3_BEND, VST3_PRESSURE */
-    double usual;            /* 0 to 1: its value until it is moved, as in the synth */
+    double default_value;            /* 0 to 1: its value until it is moved, as in the synth */
 } lb_hidden;
 
 lb_hidden lb_hidden_at(int index); /* in the order of hosts' lists: 0 to LB_HIDDEN - 1 */

@@ -181,7 +181,7 @@ void *lb_new_vst3_view(const lb_view_owner *of) {
     v->users = 1;
     v->of = *of;
     v->scale = lb_system_scale();
-    lb_usual_size(v->scale, &v->width, &v->height);
+    lb_default_size(v->scale, &v->width, &v->height);
     of->take(of->owner);
     return &v->interfaces[VIEW];
 }

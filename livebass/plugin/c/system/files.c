@@ -13,7 +13,7 @@
 #include <unistd.h>
 #endif
 
-enum { MOST_NUMBERS = 9999 };
+enum { MAX_NUMBERS = 9999 };
 enum { MOVED, TAKEN, REFUSED }; /* results of naming a file; TAKEN: another file has the name */
 
 const char *lb_file_name(const char *path) {
@@ -163,7 +163,7 @@ int lb_write_numbered(const char *folder, const char *stem, const char *ending, 
     make_folder(folder);
     if (snprintf(temporary, LB_PATH, "%s/%s.%lu.part", folder, stem, process_number()) >= LB_PATH) return 0;
     if (!write_file(temporary, bytes, count)) return 0;
-    for (int number = first; how == TAKEN && number <= MOST_NUMBERS; number += number ? 1 : 2) { /* stem, stem 2 ... */
+    for (int number = first; how == TAKEN && number <= MAX_NUMBERS; number += number ? 1 : 2) { /* stem, stem 2 ... */
         if (snprintf(name, LB_FILE_NAME, number ? "%s %d" : "%s", stem, number) >= LB_FILE_NAME) break;
         if (snprintf(path, LB_PATH, "%s/%s%s", folder, name, ending) >= LB_PATH) break;
         how = move(temporary, path);

@@ -53,22 +53,22 @@ static double zoom(void *owner, double to) {
     return kept >= 75 && kept <= 200 ? (double)kept / 100 : 1;
 }
 
-void lb_usual_size(double scale, int *width, int *height) {
+void lb_default_size(double scale, int *width, int *height) {
     const double whole = scale * zoom(0, 0);
     *width = (int)(LB_WIDTH * whole);
     *height = (int)(LB_HEIGHT * whole);
 }
 
 void lb_allowed_size(double scale, int *width, int *height) {
-    const int least_width = (int)ceil(LB_LEAST_WIDTH * scale), least_height = (int)ceil(LB_LEAST_HEIGHT * scale);
-    if (*width < least_width) *width = least_width;
-    if (*height < least_height) *height = least_height;
+    const int min_width = (int)ceil(LB_MIN_WIDTH * scale), min_height = (int)ceil(LB_MIN_HEIGHT * scale);
+    if (*width < min_width) *width = min_width;
+    if (*height < min_height) *height = min_height;
 }
 
 /* --- of an instance --- */
 
 static double value(void *i, int parameter) { return lb_value(i, parameter); }
-static double most(void *i, int parameter) { return lb_most(i, parameter); }
+static double maximum(void *i, int parameter) { return lb_maximum(i, parameter); }
 static void set(void *instance, int parameter, double value, int phase) {
     lb_instance *i = instance;
     if (parameter == LB_BASS) *i->window.sound = 0; /* a bass is chosen, not a sound */
@@ -156,7 +156,7 @@ static int load(void *i, int k) {
     return 1;
 }
 static void response(void *i, char *text, size_t room) { lb_response_title(i, text, room); }
-static char response_names[LB_MOST_RESPONSES][LB_FILE_NAME]; /* of the window that listed them last */
+static char response_names[LB_MAX_RESPONSES][LB_FILE_NAME]; /* of the window that listed them last */
 static int responses(void *i) {
     (void)i;
     return lb_list_responses(response_names);
@@ -195,7 +195,7 @@ static void learn(void *i, int parameter) {
 }
 
 lb_face lb_face_of(lb_instance *i) {
-    return (lb_face){.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
+    return (lb_face){.owner = i, .look = &i->look, .value = value, .maximum = maximum, .set = set, .text = text,
                      .note = note, .own = own, .switched = switched, .undo = undo, .swap = swap, .side = side,
                      .kept = kept, .update = update, .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,

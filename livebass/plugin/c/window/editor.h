@@ -13,7 +13,7 @@ void lb_close_editor(lb_editor *); /* may be 0 */
 void lb_resize_editor(lb_editor *, int width, int height, double scale);
 uintptr_t lb_editor_handle(const lb_editor *);
 /* The size of a new window at a scale, with the user's zoom. */
-void lb_usual_size(double scale, int *width, int *height);
+void lb_default_size(double scale, int *width, int *height);
 /* Clamps a size to the picture's limits at a scale. */
 void lb_allowed_size(double scale, int *width, int *height);
 #endif

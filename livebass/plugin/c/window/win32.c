@@ -55,7 +55,7 @@ static void draw(lb_window *w) {
 
 /* Gives the picture the clipboard's text. */
 static void paste(const lb_window *w) {
-    char text[LB_MOST_TEXT] = "";
+    char text[LB_MAX_TEXT] = "";
     const int open = OpenClipboard(w->window);
     HANDLE data = open ? GetClipboardData(CF_UNICODETEXT) : 0;
     const WCHAR *wide = data ? GlobalLock(data) : 0;
@@ -199,7 +199,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     if (!w) return 0;
     w->picture = picture;
     w->scale = scale;
-    w->cursors[LB_POINTER_USUAL] = LoadCursorW(0, (LPCWSTR)IDC_ARROW);
+    w->cursors[LB_POINTER_DEFAULT] = LoadCursorW(0, (LPCWSTR)IDC_ARROW);
     w->cursors[LB_POINTER_HAND] = LoadCursorW(0, (LPCWSTR)IDC_HAND);
     w->cursors[LB_POINTER_ACROSS] = LoadCursorW(0, (LPCWSTR)IDC_SIZEWE);
     if (!module) /* this library, found by the address of one of its functions */
@@ -251,11 +251,11 @@ double lb_system_scale(void) {
 int lb_is_dark(void) {
     static const WCHAR key[] = L"Software\\Microsoft\\Windows\\CurrentVersion\\Themes\\Personalize";
     const char *theme = getenv("LIVEBASS_THEME");
-    static ULONGLONG asked;
+    static ULONGLONG requested;
     static DWORD light = 0;
     if (theme) return strcmp(theme, "light");
-    if (asked && GetTickCount64() - asked < 1000) return !light;
-    asked = GetTickCount64();
+    if (requested && GetTickCount64() - requested < 1000) return !light;
+    requested = GetTickCount64();
     HKEY open;
     DWORD size = sizeof light;
     light = 0;

@@ -5,7 +5,7 @@
 #include "picture/picture.h"
 
 enum { LB_PICTURES = 25 };      /* per second, at most */
-enum { LB_MOST_SIZE = 8192 }; /* pixels per side */
+enum { LB_MAX_SIZE = 8192 }; /* pixels per side */
 
 /* The window system, as CLAP and LV2 call it. */
 #if defined(_WIN32)

@@ -317,7 +317,7 @@ static void take_text(lb_window *w, const xselection *e) {
     int format;
     unsigned long count, left;
     if (e->property)
-        x.GetWindowProperty(w->display, w->window, e->property, 0, LB_MOST_TEXT / 4, 1, 0, &type, &format, &count, &left,
+        x.GetWindowProperty(w->display, w->window, e->property, 0, LB_MAX_TEXT / 4, 1, 0, &type, &format, &count, &left,
                             &text);
     const char *good = text && format == 8 ? (const char *)text : 0;
     if (e->selection != w->drag[DRAGGED]) lb_paste(w->picture, good);

@@ -21,7 +21,7 @@ export class Engine extends Kernels {
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
     this.sights = lines(this.sound + 8 * N.CHUNK); // drawing data of each string
-    this.home = pieces(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
+    this.home = pieces(this.sights + N.MAX_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
     this.begins = this.end = this.home; // of what is in the memory
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
@@ -75,7 +75,7 @@ export class Engine extends Kernels {
     this.bytes.set(new Uint8Array(response.buffer), samples);
     const {over_frets, over_board, play_string} = this.numbers;
     this.fill("BUILDING", building, {
-      file: at, tier, rate, of, over_frets, over_board, play_string, log_room: CONTACTS, told_room: EVENTS,
+      file: at, tier, rate, of, over_frets, over_board, play_string, log_room: CONTACTS, report_room: EVENTS,
       response: samples, response_count: response.length, response_rate: rate,
     });
     x.lb_measure_bass(BigInt(building));
@@ -148,20 +148,20 @@ export class Engine extends Kernels {
   }
 
   // Adds to `list` the notes that began since the last call: string, fret, and the frame of the finger's release or the
-  // strike. `told` holds for each string the frame from which its events are kept, and how many were taken.
-  takeNotes(bass, told, list) {
+  // strike. `reports` holds for each string the frame from which its events are kept, and how many were taken.
+  takeNotes(bass, reports, list) {
     for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
-      const from = this.get("TOLD", this.get("VOICE", this.voice(bass, i), "told"), "from_frame"), [before, taken] = told[i] || [];
-      told[i] = [from, this.takeNotesOf(bass, i, from === before ? taken : 0, list)];
+      const from = this.get("REPORTS", this.get("VOICE", this.voice(bass, i), "reports"), "from_frame"), [before, taken] = reports[i] || [];
+      reports[i] = [from, this.takeNotesOf(bass, i, from === before ? taken : 0, list)];
     }
   }
 
   // Does this for string `i`, from its event `first` on; returns the number of events it received.
   takeNotesOf(bass, i, first, list) {
     const began = this.get("BASS", bass, "frame"), strikes = [N.STRIKE_EVENT, N.THROW, N.HAMMER, N.PULL_OFF];
-    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count");
+    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "report_count");
     for (let k = Math.max(first, count - EVENTS); k < count; k++) {
-      const event = this.get("VOICE", voice, "told") + RECORDS.TOLD.bytes + (k % EVENTS) * RECORDS.EVENT.bytes;
+      const event = this.get("VOICE", voice, "reports") + RECORDS.REPORTS.bytes + (k % EVENTS) * RECORDS.EVENT.bytes;
       const kind = this.get("EVENT", event, "kind"), frame = began + this.get("EVENT", event, "frame");
       if (kind === N.PLUCK) list.push(i, this.get("EVENT", event, "fret"), frame + this.get("VOICE", voice, "pull"));
       else if (strikes.includes(kind)) list.push(i, this.get("EVENT", event, "fret"), frame);
@@ -169,26 +169,26 @@ export class Engine extends Kernels {
     return count;
   }
 
-  // Returns all that string `i` received since it was still, to repeat its motion: its TOLD and events, their number,
+  // Returns all that string `i` received since it was still, to repeat its motion: its REPORTS and events, their number,
   // and the last note's frame and fret; undefined: there were no events, or more than are kept.
   recall(bass, i) {
-    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count"), notes = [];
+    const voice = this.voice(bass, i), count = this.get("VOICE", voice, "report_count"), notes = [];
     if (!count || count > EVENTS) return undefined;
     this.takeNotesOf(bass, i, 0, notes);
-    const at = this.get("VOICE", voice, "told"), size = RECORDS.TOLD.bytes + count * RECORDS.EVENT.bytes;
+    const at = this.get("VOICE", voice, "reports"), size = RECORDS.REPORTS.bytes + count * RECORDS.EVENT.bytes;
     if (!notes.length) return undefined;
-    return {told: this.memory.buffer.slice(at, at + size), count, string: i, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
+    return {reports: this.memory.buffer.slice(at, at + size), count, string: i, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
   }
 
   // Repeats a string's motion on `bass`, a new one, from the data of `recall`, from `before` frames before its last
   // note to `frames` after it; with `changed`, on a bass that differs: its string is at rest before the first event.
   // Returns the same as `motion`, with `heard` frames of sound.
-  again(bass, {told, count, string, frame}, {before, frames, heard, changed = false}) {
-    const place = this.add(told.byteLength);
-    this.bytes.set(new Uint8Array(told), place);
+  again(bass, {reports, count, string, frame}, {before, frames, heard, changed = false}) {
+    const place = this.add(reports.byteLength);
+    this.bytes.set(new Uint8Array(reports), place);
     if (!changed) this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
     else for (const name of KEPT) this.set("VOICE", this.voice(bass, string), name, this.get("VOICE", place, name));
-    return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames, heard);
+    return this.motion(bass, string, place + RECORDS.REPORTS.bytes, count, frame, before, frames, heard);
   }
 
   // Plays a note on string `string` of `bass`, a new one: MIDI messages `first`, such as a key switch, then the note.

@@ -6,7 +6,7 @@ import {$, PAGE, bassCalled, saved, say} from "../pages/page.js";
 import {workshop} from "./workshop.js";
 
 const WARM = 400; // ms
-const MOST_AHEAD = 0.5; // s
+const MAX_AHEAD = 0.5; // s
 const FADES = 60; // ms
 // Firefox on Linux can stop for ever when asked for its latency while it computes a sound: it is not asked. s
 const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
@@ -62,16 +62,16 @@ export class WorkletPlayer {
    * Calls `listener` on every event of this kind; listeners are called in the order they were added.
    * @template {keyof PlayerEvents} Kind
    * @param {Kind} kind
-   * @param {(...told: PlayerEvents[Kind]) => void} listener
+   * @param {(...reported: PlayerEvents[Kind]) => void} listener
    */
   on(kind, listener) { this.listeners.set(kind, [...this.listeners.get(kind) || [], listener]); }
 
   /**
    * @template {keyof PlayerEvents} Kind
    * @param {Kind} kind
-   * @param {PlayerEvents[Kind]} told
+   * @param {PlayerEvents[Kind]} reported
    */
-  emit(kind, ...told) { for (const listener of this.listeners.get(kind) || []) listener(...told); }
+  emit(kind, ...reported) { for (const listener of this.listeners.get(kind) || []) listener(...reported); }
 
   // --- start and stop ---
 
@@ -228,7 +228,7 @@ export class WorkletPlayer {
     const {context} = this, {contextTime, performanceTime, latency} = this.heard();
     if (!performanceTime) return undefined;
     const at = contextTime + (time - performanceTime) / 1000 + latency + (context.baseLatency || 0);
-    return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
+    return at > context.currentTime + MAX_AHEAD ? undefined : Math.round(at * context.sampleRate);
   }
 
   // The frame heard now; in browsers that report no time, the frame computed last.

@@ -4,7 +4,7 @@ import {player} from "./player.js";
 import {state} from "../pages/state.js";
 import {workshop} from "./workshop.js";
 
-const LEAST_LEVEL = 1e-3; // of the loudest channel: a channel below it is silent
+const MIN_LEVEL = 1e-3; // of the loudest channel: a channel below it is silent
 const LONGEST = 1; // s
 const SILENT = "has no sound that can be played";
 
@@ -17,10 +17,10 @@ async function readResponse(file) {
   const sound = await player.context.decodeAudioData(await file.arrayBuffer())
     .catch(() => { throw new Error("not an audio file"); });
   const channels = Array.from({length: sound.numberOfChannels}, (_, k) => sound.getChannelData(k));
-  const loudest = channels.map(samples => samples.reduce((most, x) => Math.max(most, Math.abs(x)), 0));
-  const most = Math.max(...loudest);
-  const channel = loudest.findIndex(level => level >= LEAST_LEVEL * most);
-  if (!(most > 0) || !Number.isFinite(most)) throw new Error(SILENT);
+  const loudest = channels.map(samples => samples.reduce((maximum, x) => Math.max(maximum, Math.abs(x)), 0));
+  const maximum = Math.max(...loudest);
+  const channel = loudest.findIndex(level => level >= MIN_LEVEL * maximum);
+  if (!(maximum > 0) || !Number.isFinite(maximum)) throw new Error(SILENT);
   return {name: file.name, samples: Float64Array.from(channels[channel]), channels: channels.length, channel};
 }
 

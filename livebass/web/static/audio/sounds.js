@@ -16,13 +16,13 @@ export const hearing = {sources: []}; // what was heard last, and the button pre
  */
 export function hear(sounds, to = player.analyser, button = undefined) {
   const {context} = player;
-  const most = sounds.reduce((most, sound) => sound.reduce((a, b) => Math.max(a, Math.abs(b)), most), 1);
+  const maximum = sounds.reduce((maximum, sound) => sound.reduce((a, b) => Math.max(a, Math.abs(b)), maximum), 1);
   hush();
   press(button);
   let seconds = 0;
   hearing.sources = sounds.map(sound => {
     const buffer = new AudioBuffer({length: sound.length, sampleRate: context.sampleRate});
-    buffer.copyToChannel(sound.map(x => x / most), 0);
+    buffer.copyToChannel(sound.map(x => x / maximum), 0);
     const source = new AudioBufferSourceNode(context, {buffer});
     if (to) source.connect(to);
     source.start(context.currentTime + seconds);
@@ -45,12 +45,12 @@ export async function hearBy(button, make) {
   hush();
   if (button === before) return;
   press(button);
-  const isAsked = () => hearing.button === button;
+  const isRequested = () => hearing.button === button;
   try {
     const sounds = await busy(button, make());
-    if (isAsked()) hear(sounds, undefined, button);
+    if (isRequested()) hear(sounds, undefined, button);
   } catch (error) {
-    if (isAsked()) hush();
+    if (isRequested()) hush();
     throw error;
   }
 }

@@ -15,9 +15,9 @@ const AGAIN = 256; // parts that count as "soon again": a busy machine holds a t
 const BUSY = 0.35; // load of hard playing
 const FADING = 0.985; // of the highest load, from report to report, if the playing is not hard
 const HARD = 1; // highest load down to which strings are relieved as they begin to sound
-const MOST_TOLD = 0.7; // most of the highest load that is told; it relieves no string
+const MAX_REPORTED = 0.7; // most of the highest load that is told; it relieves no string
 const OVERLOAD = 2; // a load that relieves one string
-const MOST_AHEAD = 0.5; // s: a message waiting for its frame holds up later ones
+const MAX_AHEAD = 0.5; // s: a message waiting for its frame holds up later ones
 const TAPE = 8192; // frames of a recording handed over at once
 const SEE_EVERY = 6; // quanta between two sights: 62 per second at 48 kHz
 const SLICE = 1 << 20; // bytes of a bass copied per quantum
@@ -44,7 +44,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.contacts = [];
     this.notes = [];
     this.taken = []; // contacts of each string so far ...
-    this.told = []; // ... and its events
+    this.reports = []; // ... and its events
     if (o.bass) this.take(o.bass);
     for (const message of o.score || []) this.engine.send(...message);
     this.port.onmessage = ({data}) => this.hear(data);
@@ -57,8 +57,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (song !== undefined) this.takeSong(song);
     if (steer && this.song) this.steer(steer);
     if (seeing !== undefined) this.seeing = seeing;
-    const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
-    const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
+    const e = this.engine, now = e.field("frame"), maximum = now + Math.round(MAX_AHEAD * sampleRate);
+    const when = frame === undefined ? N.NOW : Math.min(maximum, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
     if (midi) e.send(when, ...midi);
     if (everywhere) e.sendEverywhere(when, ...everywhere);
@@ -115,7 +115,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
   release(frame) {
     for (const note of this.song.held) this.engine.send(frame, 0x80 | note >> 7, note & 127, 64);
     this.song.held.clear();
-    for (let i = 0; this.song.strings && i < N.MOST_STRINGS; i++) this.engine.tell(frame, N.STRING_REST, i, 0);
+    for (let i = 0; this.song.strings && i < N.MAX_STRINGS; i++) this.engine.tell(frame, N.STRING_REST, i, 0);
     this.song.strings = false;
   }
 
@@ -172,10 +172,10 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.start === undefined) this.copy(Infinity); // nothing waits for this thread yet
   }
 
-  // Copies up to `most` bytes of the coming bass, and writes its empty pieces, too: no note should wait for memory. Once
+  // Copies up to `maximum` bytes of the coming bass, and writes its empty pieces, too: no note should wait for memory. Once
   // complete, it plays from the next quantum on.
-  copy(most) {
-    const c = this.coming, e = this.engine, end = Math.min(c.size, c.done + most);
+  copy(maximum) {
+    const c = this.coming, e = this.engine, end = Math.min(c.size, c.done + maximum);
     for (; c.done < end; c.done += PIECE) {
       if (c.full[c.taken] * PIECE === c.done) {
         e.bytes.set(c.bytes.subarray(c.taken * PIECE, (c.taken + 1) * PIECE), c.at + c.done);
@@ -222,8 +222,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const moved = (field, ofChannel) => ofChannel ? e.get("CHANNEL", any, field) : of(`controls.${field}`);
     const isOn = ([action, field, ofChannel]) =>
       (action > 0 && of("switched", action) > 0) || (field !== "" && moved(field, ofChannel) > 0);
-    const usual = of("player.pluck_position"), aside = of("position") - usual;
-    const farthest = of("player.pluck_farthest") - usual, nearest = of("player.pluck_nearest") - usual;
+    const defaultValue = of("player.pluck_position"), aside = of("position") - defaultValue;
+    const farthest = of("player.pluck_farthest") - defaultValue, nearest = of("player.pluck_nearest") - defaultValue;
     return {
       on: Object.fromEntries(Object.entries(LAYOUT.ways).map(([symbol, way]) => [symbol, isOn(way)])),
       pluckedWith: of("slapped") > 0 ? "slap" : {[N.FINGER]: "finger", [N.PICK]: "pick"}[of("stroke")],
@@ -240,7 +240,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
   tellLoad(load, n) {
     const e = this.engine;
     this.highest = Math.max(load, (load > BUSY ? 1 : FADING) * this.highest);
-    e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MOST_TOLD)), BigInt(n));
+    e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MAX_REPORTED)), BigInt(n));
   }
 
   // Moves up to `count` sounding strings to their coarse operators.
@@ -256,11 +256,11 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.owed > BEHIND) {
       const again = this.sinceBehind < AGAIN;
       if (again) this.highest = Math.max(this.highest, OVERLOAD);
-      this.relieve(again ? N.MOST_STRINGS : 1);
+      this.relieve(again ? N.MAX_STRINGS : 1);
       this.settled += this.owed;
       this.owed = this.sinceBehind = 0;
     } else if (this.highest > HARD) {
-      this.relieve(N.MOST_STRINGS);
+      this.relieve(N.MAX_STRINGS);
     }
   }
 
@@ -294,10 +294,10 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (bass !== this.seen) {
       this.seen = bass;
       this.taken = [];
-      this.told = [];
+      this.reports = [];
     }
     e.takeContacts(bass, this.taken, this.contacts);
-    e.takeNotes(bass, this.told, this.notes);
+    e.takeNotes(bass, this.reports, this.notes);
     if (++this.unseen < SEE_EVERY) return;
     this.unseen = 0;
     const sight = e.see(bass, this.spare.pop());

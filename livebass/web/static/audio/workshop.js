@@ -4,7 +4,7 @@ import {workerAddress} from "../pages/files.js";
 class Workshop {
   constructor() {
     this.worker = /** @type {Worker | undefined} */ (undefined);
-    this.asked = 0;
+    this.requested = 0;
     /** @type {Map<number, {resolve: (built: any) => void, reject: (error: Error) => void}>} */
     this.waiting = new Map(); // for answers, by their numbers
   }
@@ -32,7 +32,7 @@ class Workshop {
    * @returns {Promise<any>}
    */
   ask(message, moved = []) {
-    const id = this.asked++;
+    const id = this.requested++;
     const answer = new Promise((resolve, reject) => this.waiting.set(id, {resolve, reject}));
     this.worker?.postMessage({id, ...message}, moved);
     return answer;

@@ -1,6 +1,6 @@
 // The bench: a bass's slider values, as in links and presets. It has no DOM and no physics: the kernels make the bass
 // (worker.js).
-const MOST_UNDONE = 100;
+const MAX_UNDONE = 100;
 export const SLOTS = ["A", "B"];
 const BESIDES = ["riff", "stroke", "moment", "made", "revision"]; // what else a link says (share.js)
 const FORMAT = 1; // of links and presets
@@ -51,7 +51,7 @@ export class Bench {
   // Keeps the present state for `undo`.
   keep() {
     this.before.push({slot: this.slot, values: {...this.values}});
-    if (this.before.length > MOST_UNDONE) this.before.shift();
+    if (this.before.length > MAX_UNDONE) this.before.shift();
     this.after.length = 0;
   }
 
@@ -63,8 +63,8 @@ export class Bench {
   }
 
   put(symbol, value) {
-    const {least, most, points} = this.controls.get(symbol);
-    value = hundredths(Math.min(Math.max(value, least), most));
+    const {minimum, maximum, points} = this.controls.get(symbol);
+    value = hundredths(Math.min(Math.max(value, minimum), maximum));
     if (points.length) value = Math.round(value);
     if (value) this.values[symbol] = value;
     else delete this.values[symbol];
@@ -153,9 +153,9 @@ export class Bench {
   read(kind, symbol, value) {
     const limits = this.limits(symbol);
     if (!limits) throw new Error(`the ${kind} changes what this bass does not have: ${symbol.slice(0, 40)}`);
-    const {least, most, unit} = limits;
-    if (!NUMBER.test(value.trim()) || +value < least || +value > most)
-      throw new Error(`the ${kind} says ${symbol} = ${value.slice(0, 20)}: it must be from ${least} to ${most} ${unit}`.trimEnd());
+    const {minimum, maximum, unit} = limits;
+    if (!NUMBER.test(value.trim()) || +value < minimum || +value > maximum)
+      throw new Error(`the ${kind} says ${symbol} = ${value.slice(0, 20)}: it must be from ${minimum} to ${maximum} ${unit}`.trimEnd());
     return +value;
   }
 

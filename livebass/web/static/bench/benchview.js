@@ -61,8 +61,8 @@ export function showBench() {
 }
 
 // Makes a row of the bench: a slider with its name and value.
-function makeSlider({symbol, name, help, least, most, step}) {
-  const id = `bench-${symbol}`, slider = make("input", {type: "range", id, min: least, max: most, step});
+function makeSlider({symbol, name, help, minimum, maximum, step}) {
+  const id = `bench-${symbol}`, slider = make("input", {type: "range", id, min: minimum, max: maximum, step});
   const label = make("label", {htmlFor: id, textContent: name}), value = make("output", {htmlFor: id});
   const row = make("div", {className: "control", title: help}, label, value, slider);
   slider.dataset.symbol = symbol;
@@ -185,9 +185,9 @@ export function takeLink() {
     const {name, values, played, ignored = [], revision} = Bench.fromLink(hash, benches);
     if (!name || (name === $("bass").value && bench().link() === hash.slice(1))) return;
     ignored.push(...[...new URLSearchParams(location.search).keys()].filter(key => key !== "embed").map(key => key.slice(0, 40)));
-    const told = ["The bass is as the link says.", wasMade(hash, revision), ignored.length ? `Ignored: ${ignored.join(", ")}.` : ""];
+    const reported = ["The bass is as the link says.", wasMade(hash, revision), ignored.length ? `Ignored: ${ignored.join(", ")}.` : ""];
     take(name, values, played, revision);
-    if (!document.body.classList.contains("embed")) say(told.filter(Boolean).join(" "));
+    if (!document.body.classList.contains("embed")) say(reported.filter(Boolean).join(" "));
     offerRiff(hash);
   } catch (error) {
     say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
@@ -197,7 +197,7 @@ export function takeLink() {
 // Whether a link was made on this very bass, in a sentence if not; a link may leave open where it was made.
 function wasMade(/** @type {string} */ hash, /** @type {number | undefined} */ revision) {
   if (revision !== undefined) return "It has changed since, and plays as it did: Update takes the new one.";
-  const asked = new URLSearchParams(hash.slice(1)), made = asked.get("made"), now = bassCalled(asked.get("like") || "")?.made;
+  const requested = new URLSearchParams(hash.slice(1)), made = requested.get("made"), now = bassCalled(requested.get("like") || "")?.made;
   return made === null || made === now ? "" : "It was made on another version of this bass, and may sound different now.";
 }
 

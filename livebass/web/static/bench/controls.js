@@ -4,7 +4,7 @@ import {player} from "../audio/player.js";
 
 /** @type {Record<ControlName, (value: number) => string>} */
 const TEXTS = {
-  gain: value => value > PAGE.parameters.gain.least ? `${value} dB` : "silent",
+  gain: value => value > PAGE.parameters.gain.minimum ? `${value} dB` : "silent",
   tone: value => value < 0 ? "darker" : value > 0 ? "brighter" : "its own",
   blend: value => value < 0 ? "to the neck" : value > 0 ? "to the bridge" : "its own",
   pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
@@ -64,15 +64,15 @@ export function showControl(/** @type {ControlName} */ symbol, /** @type {number
 
 // The values that change something on the bass, by symbol, as links and presets have them.
 export function movedControls() {
-  const moved = CONTROLS.filter(symbol => valueOf(symbol) !== PAGE.parameters[symbol].usual);
+  const moved = CONTROLS.filter(symbol => valueOf(symbol) !== PAGE.parameters[symbol].defaultValue);
   return Object.fromEntries(moved.map(symbol => [symbol, valueOf(symbol)]));
 }
 
 for (const symbol of CONTROLS) {
-  const {least, most, usual, unit, whole} = PAGE.parameters[symbol], slider = $(symbol);
-  if (!isSwitch(symbol)) Object.assign(slider, {min: least, max: most, step: whole || unit ? 1 : 0.01, value: usual});
+  const {minimum, maximum, defaultValue, unit, whole} = PAGE.parameters[symbol], slider = $(symbol);
+  if (!isSwitch(symbol)) Object.assign(slider, {min: minimum, max: maximum, step: whole || unit ? 1 : 0.01, value: defaultValue});
   slider.oninput = () => moveControl(symbol, valueOf(symbol));
-  slider.ondblclick = () => { if (!isSwitch(symbol)) moveControl(symbol, usual); };
+  slider.ondblclick = () => { if (!isSwitch(symbol)) moveControl(symbol, defaultValue); };
   sayControl(symbol);
 }
 player.on("started", () => CONTROLS.forEach(tellParameter));

@@ -6,7 +6,7 @@ import {player} from "../audio/player.js";
 import {state} from "../pages/state.js";
 import {LONG_PRESS, WAYS, isOn, letGoOfAll, numberOf} from "./techniques.js";
 
-const MOST_LATE = 2000; // ms: keys pressed earlier than this before the sound runs are forgotten
+const MAX_LATE = 2000; // ms: keys pressed earlier than this before the sound runs are forgotten
 const HARD = 127; // velocity of the first notes: they hit frets, until somebody has played a soft and a hard one
 const SOFTER = 1 / 3; // of a string's lane, from the top: there it is played softly, and below hard
 export const tries = {untried: new Set(["soft", "hard"])};
@@ -92,7 +92,7 @@ export function release(/** @type {string} */ id, time = performance.now()) {
 
 // Plays the keys that were pressed while the sound started: from now on, with their original spacing and lengths.
 function playEarly() {
-  const oldest = performance.now() - MOST_LATE, keys = state.early.filter(({end = Infinity}) => end > oldest);
+  const oldest = performance.now() - MAX_LATE, keys = state.early.filter(({end = Infinity}) => end > oldest);
   state.early = [];
   if (!keys.length) return;
   const {currentTime, sampleRate} = player.context, first = currentTime + SOON / 1000;
@@ -189,9 +189,9 @@ function laneAt(/** @type {number} */ y) {
 // Sets the pluck's place to the finger's place on the body.
 function pluckAt(/** @type {number} */ x) {
   const body = part(".body"), {left, right} = body.getBoundingClientRect(), begin = Number(body.dataset.begin);
-  const {pluck: [nearest, usual, farthest], strings: [{length}]} = chosenBass();
-  const aside = (begin + (length - begin) * (x - left) / (right - left)) / length - usual;
-  const towards = aside * (farthest - usual) > 0 ? usual - farthest : nearest - usual;
+  const {pluck: [nearest, defaultValue, farthest], strings: [{length}]} = chosenBass();
+  const aside = (begin + (length - begin) * (x - left) / (right - left)) / length - defaultValue;
+  const towards = aside * (farthest - defaultValue) > 0 ? defaultValue - farthest : nearest - defaultValue;
   const value = towards && aside / towards;
   moveControl("pluck_position", Math.min(1, Math.max(-1, value)));
 }

@@ -17,4 +17,4 @@ export function tellNote(/** @type {SeenNote} */ {string, fret = 0, contacts}) {
   return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${place} hardest.`);
 }
 
-player.on("told", tellNote);
+player.on("reported", tellNote);

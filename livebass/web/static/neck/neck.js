@@ -3,7 +3,7 @@ import {$, chosenBass, make, noteName} from "../pages/page.js";
 import {state} from "../pages/state.js";
 import {pictures, see} from "./view.js";
 
-const LEAST_FRET = {finger: 30, mouse: 15}; // px
+const MIN_FRET = {finger: 30, mouse: 15}; // px
 const WIDE = 720; // px of a neck for a mouse
 const BODY_PART = 26; // % of the width, if not all frets are shown
 const EDGE = 1e-6; // m
@@ -19,11 +19,11 @@ const part = (/** @type {string} */ selector) => /** @type {HTMLElement} */ ($("
 // How many frets fit, none narrower than a finger: all, with the whole string to scale, or some and less of the rest.
 function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
   const mouse = width >= WIDE && !matchMedia("(pointer: coarse)").matches;
-  const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
-  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= least) return frets;
+  const minimum = mouse ? MIN_FRET.mouse : MIN_FRET.finger;
+  if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= minimum) return frets;
   const room = width * (1 - BODY_PART / 100), behind = (/** @type {number} */ count) => 2 ** (-count / 12);
   let count = Math.min(frets - 1, 4);
-  while (count < frets - 1 && room * (behind(count) - behind(count + 1)) / (1 - behind(count + 1)) >= least) count++;
+  while (count < frets - 1 && room * (behind(count) - behind(count + 1)) / (1 - behind(count + 1)) >= minimum) count++;
   return count;
 }
 

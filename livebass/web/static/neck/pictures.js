@@ -5,7 +5,7 @@ import {FULL_SPEED, POINTS, SHOWN} from "./see.js";
 const NOTE_SPAN = 1000 * SHOWN.after; // ms in the last note's picture
 /** @type {[number, string][]} */ // of the spectrum
 const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]];
-const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
+const LOWEST_HZ = 30, HIGHEST_HZ = 10000, MIN_DB = -110; // of the spectrum
 const LANE_PART = 0.46; // of the distance to the next string: a string's greatest drawn displacement
 const NARROW = 280; // px, the width of a spectrum without room for all names
 const MM = 1e-3;
@@ -221,8 +221,8 @@ export class Pictures {
 
   // Lines of equal height.
   drawHeights(g, colour, y, below, above, left, w, px) {
-    const most = Math.max(3, Math.abs(y(below * MM) - y(above * MM)) / (22 * px));
-    const step = STEPS.find(mm => (above - below) / mm < most) || 50;
+    const maximum = Math.max(3, Math.abs(y(below * MM) - y(above * MM)) / (22 * px));
+    const step = STEPS.find(mm => (above - below) / mm < maximum) || 50;
     g.lineWidth = px;
     g.textAlign = "right";
     for (let k = Math.ceil(below / step); k * step <= above; k++) {
@@ -380,9 +380,9 @@ export class Pictures {
       g.beginPath();
       for (let x = 0; x < w; x += 2 * px) {
         const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * px) / w) / bin;
-        let most = -Infinity;
-        for (let k = Math.floor(from); k <= Math.ceil(to); k++) most = Math.max(most, bins[k]);
-        g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, most / LEAST_DB)));
+        let maximum = -Infinity;
+        for (let k = Math.floor(from); k <= Math.ceil(to); k++) maximum = Math.max(maximum, bins[k]);
+        g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, maximum / MIN_DB)));
       }
       g.stroke();
     }

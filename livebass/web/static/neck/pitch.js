@@ -18,9 +18,9 @@ function roughly(sound, rate) {
   let energy = 0;
   for (const value of x) energy += value * value;
   if (energy / n < QUIETEST) return undefined;
-  const least = Math.floor(rate / every / HIGHEST), most = Math.ceil(rate / every / LOWEST);
-  const like = new Float32Array(most + 2), room = n - most - 2;
-  for (let lag = least - 1; lag < like.length; lag++) {
+  const minimum = Math.floor(rate / every / HIGHEST), maximum = Math.ceil(rate / every / LOWEST);
+  const like = new Float32Array(maximum + 2), room = n - maximum - 2;
+  for (let lag = minimum - 1; lag < like.length; lag++) {
     let product = 0, square = 0;
     for (let k = 0; k < room; k++) {
       product += x[k] * x[k + lag];
@@ -30,7 +30,7 @@ function roughly(sound, rate) {
   }
   const highest = like.reduce((a, b) => Math.max(a, b));
   if (highest < CLEAREST) return undefined;
-  for (let lag = least; lag <= most; lag++) {
+  for (let lag = minimum; lag <= maximum; lag++) {
     const [a, b, c] = [like[lag - 1], like[lag], like[lag + 1]];
     if (b < AS_CLEAR * highest || b < a || b < c) continue;
     return rate / every / (lag + (a - c) / (2 * (a - 2 * b + c) || 1));

@@ -3,19 +3,19 @@
 export const POINTS = 160; // steps of a drawn string
 export const SHOWN = {before: 0.005, after: 0.1}; // s of a replay, from the note's release on
 export const FULL_SPEED = 4; // m/s of a string whose hit is drawn at full strength
-const MOST_SIGHTS = 8; // waiting for their sound
-const TOLD = 0.5; // s after which a note is told ...
+const MAX_SIGHTS = 8; // waiting for their sound
+const REPORTED_AFTER = 0.5; // s after which a note is told ...
 const LATEST = 2; // ... once all hits until then are known; or after so many s
 const FLASH = 300; // ms that a flash stays
-const LEAST_REACH = 0.5e-3; // m, that a picture has room for
+const MIN_REACH = 0.5e-3; // m, that a picture has room for
 const SOME = 24; // frames between measured shapes of a replay
 
 export class See {
-  // `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out. `told` is called with a note half a second after it
+  // `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out. `onNote` is called with a note half a second after it
   // began, `kept` as soon as the part that a replay shows was heard.
-  constructor(records, told, kept) {
+  constructor(records, onNote, kept) {
     /** @type {(note: SeenNote) => void} */
-    this.told = told;
+    this.onNote = onNote;
     /** @type {(note: SeenNote) => void} */
     this.kept = kept;
     /** @type {RecordFields} */
@@ -49,7 +49,7 @@ export class See {
     /** @type {SeenNote} */
     this.note = {string: 0, contacts: []}; // the last one
     this.shapes = {u: new Float32Array(POINTS + 1), v: new Float32Array(POINTS + 1)};
-    this.reach = {below: 0, above: LEAST_REACH, across: LEAST_REACH}; // m, of the last note's motion so far
+    this.reach = {below: 0, above: MIN_REACH, across: MIN_REACH}; // m, of the last note's motion so far
     this.needed = true; // something must be redrawn
   }
 
@@ -65,7 +65,7 @@ export class See {
   // A note begins.
   begin(note) {
     this.note = note;
-    this.reach = {below: 0, above: LEAST_REACH, across: LEAST_REACH};
+    this.reach = {below: 0, above: MIN_REACH, across: MIN_REACH};
     this.needed = true;
   }
 
@@ -77,7 +77,7 @@ export class See {
       this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
     this.sights.push({frame, buffer: sight});
     this.known = frame;
-    return this.sights.length > MOST_SIGHTS ? this.sights.shift()?.buffer : undefined;
+    return this.sights.length > MAX_SIGHTS ? this.sights.shift()?.buffer : undefined;
   }
 
   // The place of slot `index` of a string in a sight.
@@ -185,9 +185,9 @@ export class See {
       this.kept(note);
     }
     const known = (Math.min(frame, this.known) - note.frame) / this.rate;
-    if (!note.wasTold && (known > TOLD || since > LATEST)) {
-      note.wasTold = true;
-      this.told(note);
+    if (!note.wasReported && (known > REPORTED_AFTER || since > LATEST)) {
+      note.wasReported = true;
+      this.onNote(note);
     }
   }
 
@@ -222,7 +222,7 @@ export class See {
     const replay = this.replay = this.replayOf(made);
     this.other = other && this.replayOf(other);
     const {string, frame, hits} = replay, [, , fret] = replay.slots.subarray(4 * (frame - replay.first));
-    this.begin({string, fret, frame, contacts: hits.filter(hit => hit.frame >= frame), wasTold: true, wasKept: true});
+    this.begin({string, fret, frame, contacts: hits.filter(hit => hit.frame >= frame), wasReported: true, wasKept: true});
     for (const one of [replay, this.other])
       for (let k = 0; one && k < one.length; k += SOME) this.drawReplay(one, k, shape => this.measure(shape));
     this.flashes.clear();

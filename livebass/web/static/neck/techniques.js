@@ -10,10 +10,10 @@ export const LONG_PRESS = 400; // ms
 export const STROKES = PAGE.buttons.filter(button => button.strikes)
   .map((stroke, k) => ({...stroke, button: chip("strokes", stroke.name, k + 1)}));
 // Ways to play, each set by a controller's value or a held key switch, as in MIDI. A way is on while it is latched, or
-// held by a finger or a key; `told` is its state in the bass.
+// held by a finger or a key; `sent` is its state in the bass.
 /** @type {Way[]} */
 export const WAYS = PAGE.buttons.filter(button => !button.strikes).map((way, k) => ({
-  ...way, button: chip("ways", way.name, (k + STROKES.length + 1) % 10), holds: new Set(), latched: false, told: false,
+  ...way, button: chip("ways", way.name, (k + STROKES.length + 1) % 10), holds: new Set(), latched: false, sent: false,
 }));
 
 /** @param {"strokes" | "ways"} place @param {string} name @param {number} digit */
@@ -38,10 +38,10 @@ export function numberOf(/** @type {PlayButton} */ {symbol, value}) {
 // Tells the bass whether a way is on, if that has changed and the bass can take it.
 function tellWay(/** @type {Way} */ way) {
   const on = isOn(way), number = numberOf(way);
-  if (on === way.told || !player.sounding || number === undefined) return;
+  if (on === way.sent || !player.sounding || number === undefined) return;
   if (way.everywhere) player.changeEverywhere([number, on ? way.value : 0]);
   else player.changeBy(way.value ? [0xb0, number, on ? way.value : 0] : [on ? 0x90 : 0x80, number, 64]);
-  way.told = on;
+  way.sent = on;
 }
 
 function showWay(/** @type {Way} */ way) {
@@ -72,7 +72,7 @@ export function unlatchAll() { for (const way of WAYS) latch(way, false); }
 // Ends all sound, and resets all controllers.
 export function panic() {
   player.change({panic: true});
-  for (const way of WAYS) way.told &&= !way.value;
+  for (const way of WAYS) way.sent &&= !way.value;
 }
 
 // --- strokes ---
@@ -86,7 +86,7 @@ function tellStroke() {
   const number = state.stroke && numberOf(state.stroke);
   if (!player.sounding || number === undefined) return;
   for (const status of [0x90, 0x80]) player.changeBy([status, number, 64]);
-  state.toldStroke = state.stroke;
+  state.sentStroke = state.stroke;
 }
 
 export function pluckWith(/** @type {Stroke} */ chosen) {
@@ -99,7 +99,7 @@ const strokeOf = (/** @type {string | undefined} */ symbol) => STROKES.find(one 
 // A bass begins with its own stroke.
 export function takeOwnStroke(/** @type {Bass} */ bass) {
   showStroke(strokeOf(bass.stroke));
-  state.toldStroke = state.stroke;
+  state.sentStroke = state.stroke;
   player.change({parameter: [...PAGE.parameters.technique.event, 0]});
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
@@ -115,14 +115,14 @@ export function takePlayed(/** @type {Record<string, number>} */ played) {
 function showPlaying(/** @type {Playing} */ {on, pluckedWith, values}) {
   for (const way of WAYS) {
     const now = on[way.symbol];
-    if (now === way.told) continue;
-    way.told = way.latched = now;
+    if (now === way.sent) continue;
+    way.sent = way.latched = now;
     if (!now) way.holds.clear();
     showWay(way);
   }
   const found = strokeOf(pluckedWith);
-  if (found !== state.toldStroke) {
-    state.toldStroke = found;
+  if (found !== state.sentStroke) {
+    state.sentStroke = found;
     showStroke(found);
   }
   for (const [symbol, value] of Object.entries(values)) showControl(/** @type {ControlName} */ (symbol), value);
@@ -157,7 +157,7 @@ for (const way of WAYS) {
 
 player.on("sounds", () => { // tells the choices made while nothing sounded
   WAYS.forEach(tellWay);
-  if (state.stroke !== state.toldStroke) tellStroke();
+  if (state.stroke !== state.sentStroke) tellStroke();
 });
 player.on("silent", panic);
 player.on("playing", showPlaying);

@@ -10,7 +10,7 @@ import {See} from "./see.js";
 const PICTURES = [["side", "Side"], ["note", "Last note"], ["spectrum", "Spectrum"]];
 
 const canvases = {neck: $("strings"), side: $("side"), note: $("note"), spectrum: $("spectrum"), both: $("both")};
-export const see = new See(PAGE.sight, note => player.emit("told", note), note => player.emit("kept", note));
+export const see = new See(PAGE.sight, note => player.emit("reported", note), note => player.emit("kept", note));
 export const pictures = new Pictures(canvases, see);
 player.on("started", () => { see.rate = player.context.sampleRate; });
 player.on("sight", data => player.giveBack(see.take(data)));

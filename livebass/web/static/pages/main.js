@@ -53,11 +53,11 @@ function look(/** @type {number} */ now) {
 
 function begin() {
   player.start().catch(() => {}); // reported where it happened
-  if (!showLinked() && !showLinkedStory() && !showLinkedMoment(asked)) openMoving();
+  if (!showLinked() && !showLinkedStory() && !showLinkedMoment(requested)) openMoving();
 }
 
 document.body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
-const asked = location.hash; // taking it changes it
+const requested = location.hash; // taking it changes it
 makeBench();
 showSavedBass();
 takeLink();

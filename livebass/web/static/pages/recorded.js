@@ -14,8 +14,8 @@ const made = {}; // recorded, computed
 
 // A sound as loud as the other one, from its attack on.
 function levelled(/** @type {Float32Array<ArrayBuffer>} */ sound) {
-  const most = sound.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
-  const from = sound.subarray(sound.findIndex(x => Math.abs(x) > most / 10));
+  const maximum = sound.reduce((maximum, x) => Math.max(maximum, Math.abs(x)), 0);
+  const from = sound.subarray(sound.findIndex(x => Math.abs(x) > maximum / 10));
   const square = from.subarray(0, WINDOW).reduce((sum, x) => sum + x * x, 0) / WINDOW;
   return from.map(x => x * LOUDNESS / Math.sqrt(square));
 }

@@ -37,10 +37,10 @@ async function copyLink() {
 
 // Shows the moment that a link names, by its text from the # on, silently and still; returns whether it names one.
 export function showLinkedMoment(/** @type {string} */ hash) {
-  const asked = new URLSearchParams(hash.slice(1)), text = asked.get("moment");
+  const requested = new URLSearchParams(hash.slice(1)), text = requested.get("moment");
   if (text === null) return false;
   const [string, note, velocity, micros] = (MOMENT.exec(text) || []).slice(1).map(Number), bass = chosenBass();
-  const stroke = STROKES.find(({symbol}) => symbol === asked.get("stroke")), key = stroke && numberOf(stroke);
+  const stroke = STROKES.find(({symbol}) => symbol === requested.get("stroke")), key = stroke && numberOf(stroke);
   const first = key === undefined ? [] : [0x90, 0x80].map(status => [status, key, 64]);
   const show = async () => {
     if (!bass.strings[string] || note > 127 || velocity > 127) throw new Error(`it cannot be read: ${text.slice(0, 30)}`);

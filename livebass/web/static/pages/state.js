@@ -6,7 +6,7 @@ export const state = {
   from: 0, // frets to the left of the neck's visible part
   width: 0, // px of the neck when it was drawn
   stroke: undefined, // the player's stroke; undefined: a stroke of the bass without a button
-  toldStroke: undefined, // the stroke that the bass knows
+  sentStroke: undefined, // the stroke that the bass knows
   loud: -60, // dB that the meter shows
   late: 0, // load that the meter shows
   watched: 0, // last known frame of a bass that plays elsewhere

@@ -55,7 +55,7 @@ async function go(/** @type {Story} */ story, /** @type {number} */ at) {
 
 // Shows the step that the page's address names, and returns whether there is one.
 export function showLinkedStory() {
-  const asked = new URLSearchParams(location.hash.slice(1)), name = asked.get("story"), step = asked.get("step") || "1";
+  const requested = new URLSearchParams(location.hash.slice(1)), name = requested.get("story"), step = requested.get("step") || "1";
   if (name === null) return false;
   const story = PAGE.stories.find(story => story.name === name), at = Number(step) - 1;
   if (story?.steps[at]) showStep(story, at).catch(failed);

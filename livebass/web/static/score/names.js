@@ -8,7 +8,7 @@ const CONTROLS_OF_C1 = /[\x80-\x9f]/; // browsers' reading of bytes that these e
 const plainName = name => name.normalize("NFKC").replaceAll("İ", "I").replaceAll("ı", "i");
 const GAME_TRACK = new RegExp(`^(?:${WORDS.game.track})$`, "u");
 // True if tracks of these names are a chart for a music game.
-export const isGame = names => names.filter(name => GAME_TRACK.test(name)).length >= WORDS.game.least;
+export const isGame = names => names.filter(name => GAME_TRACK.test(name)).length >= WORDS.game.minimum;
 export const isOther = name => PATTERNS.other.test(plainName(name));
 export const isDrums = name => PATTERNS.drums.test(plainName(name));
 export const isBass = name => PATTERNS.bass.test(plainName(name)) && !isOther(name);

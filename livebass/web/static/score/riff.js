@@ -5,7 +5,7 @@ import {state} from "../pages/state.js";
 import {STROKES, pluckWith} from "../neck/techniques.js";
 import {Transport} from "./transport.js";
 
-const MOST = 16; // notes
+const MAXIMUM = 16; // notes
 const PAUSE = 3000; // ms after which a new riff begins
 const LONGEST = 60000; // ms
 const NOTE = /^(\d{1,5})\.(\d{1,3})\.(\d{1,3})\.(\d{1,5})$/; // begin (ms), key, velocity, length (ms)
@@ -23,7 +23,7 @@ function keep(/** @type {number[]} */ [status, key, velocity], /** @type {number
   } else if (on && key >= 20) { // lower keys switch techniques
     const last = played.at(-1);
     if (last && time - last.time > PAUSE) played = [];
-    played = [...played, {time, key, velocity}].slice(-MOST);
+    played = [...played, {time, key, velocity}].slice(-MAXIMUM);
   }
 }
 
@@ -41,7 +41,7 @@ export function readRiff(/** @type {string} */ text) {
   const notes = text.split("_").map(one => (NOTE.exec(one) || []).slice(1).map(Number));
   const isWrong = (/** @type {number[]} */ [begin, key, velocity, length]) =>
     length === undefined || key > 127 || velocity > 127 || begin > LONGEST || length > LONGEST;
-  if (notes.length > MOST || notes.some(isWrong))
+  if (notes.length > MAXIMUM || notes.some(isWrong))
     throw new Error(`the link's riff cannot be read: ${text.slice(0, 30)}`);
   return notes;
 }
@@ -57,7 +57,7 @@ const transport = new Transport({messages, quiet: () => player.change({panic: tr
 
 // Offers the riff of an address, by its text from the # on.
 export function offerRiff(/** @type {string} */ hash) {
-  const asked = new URLSearchParams(hash.slice(1)), text = asked.get("riff"), stroke = asked.get("stroke");
+  const requested = new URLSearchParams(hash.slice(1)), text = requested.get("riff"), stroke = requested.get("stroke");
   $("riff").hidden = text === null;
   if (text === null) return;
   try {

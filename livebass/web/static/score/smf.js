@@ -17,9 +17,9 @@ export class Smf {
     if (error) throw new Error(sentence(WORDS.errors[error], NUMBERS.map(k => kernels.get("SMF", at, "file.numbers", k))));
     kernels.set("SMF", at, "memory", kernels.add(kernels.get("SMF", at, "room")));
     kernels.x.lb_fill_smf(BigInt(at));
-    this.ticksPerQuarter = this.told("per_quarter"); // or 0 and ticksPerSecond [numerator, denominator]
-    this.ticksPerSecond = [this.told("per_second"), this.told("per_second", 1)];
-    this.endTick = this.told("end");
+    this.ticksPerQuarter = this.reported("per_quarter"); // or 0 and ticksPerSecond [numerator, denominator]
+    this.ticksPerSecond = [this.reported("per_second"), this.reported("per_second", 1)];
+    this.endTick = this.reported("end");
     this.warnings = this.rows("REMARK", get => sentence(WORDS.remarks[get("code")], NUMBERS.map(k => get("numbers", k))));
     this.metres = this.rows("METER", get => ({tick: get("tick"), quarters: 4 * get("over") / get("under")}));
     this.instruments = /** @type {string[]} */ ([]); // of the tracks by name; "": it has none
@@ -29,7 +29,7 @@ export class Smf {
     this.takeNames();
   }
 
-  told(name, k = 0) { return this.kernels.get("SMF", this.at, `file.${name}`, k); }
+  reported(name, k = 0) { return this.kernels.get("SMF", this.at, `file.${name}`, k); }
 
   // What `make` makes of each row of a kind; its argument returns a field of the row.
   rows(record, make) {
@@ -47,7 +47,7 @@ export class Smf {
   takeNames() {
     const rows = this.rows("TEXT", get => ({track: get("track"), channel: get("channel"), kind: get("kind"), bytes: this.bytes(get)}));
     const names = rows.filter(({kind}) => kind === N.META_TRACK_NAME || kind === N.META_INSTRUMENT);
-    const texts = rows.filter(({kind}) => kind === N.META_TEXT), count = this.told("tracks");
+    const texts = rows.filter(({kind}) => kind === N.META_TEXT), count = this.reported("tracks");
     const decoded = decodeTexts([...names, ...texts].map(({bytes}) => bytes)).map(shownName);
     const titles = kind => {
       const found = Array(count).fill("");

@@ -6,8 +6,8 @@ import {NUMBERS, sentence} from "./sentences.js";
 import {Smf} from "./smf.js";
 import {WORDS} from "../words.js";
 
-const MOST_SONG = 4 << 20; // bytes in a file; the densest notes take 540 MB of memory
-const MOST_BARS = 5000;
+const MAX_SONG = 4 << 20; // bytes in a file; the densest notes take 540 MB of memory
+const MAX_BARS = 5000;
 const KEYS = 128, PROGRAM = 0xc0;
 export const AUTO = "auto"; // the automatic choice, among the parts
 
@@ -18,7 +18,7 @@ export class Song {
   // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz), by kernels, whose memory it keeps. Throws an Error with
   // one line for anything else.
   constructor(buffer, rate, kernels) {
-    if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
+    if (buffer.byteLength > MAX_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
     this.smf = new Smf(kernels, new Uint8Array(buffer));
     if (isGame(this.smf.names)) throw new Error(WORDS.game.refusal);
     this.kernels = kernels;
@@ -81,7 +81,7 @@ export class Song {
     const {ticksPerQuarter, ticksPerSecond, metres, endTick} = this.smf;
     /** @type {[number, number, string][]} */
     const found = [];
-    for (let at = 0, k = 0, quarters = 4; (at < endTick || !at) && found.length < MOST_BARS;) {
+    for (let at = 0, k = 0, quarters = 4; (at < endTick || !at) && found.length < MAX_BARS;) {
       for (; k < metres.length && metres[k].tick <= at; k++) ({quarters} = metres[k]);
       found.push([this.call("frame_at_tick", this.score, at) / this.rate, found.length + 1, ""]);
       const long = ticksPerQuarter ? quarters * ticksPerQuarter : 2 * ticksPerSecond[0] / ticksPerSecond[1];
@@ -137,8 +137,8 @@ export class Song {
     const played = this.parts().filter(({chosen}) => chosen);
     if (!played.length) return `${WORDS.noBass}: choose a part`;
     const channels = [...new Set(played.map(({channel}) => channel))].sort((a, b) => a - b), why = WORDS.reasons[this.found("why")];
-    const most = channels.slice(0, -1).join(", ");
-    return most ? `channels ${most} and ${channels.at(-1)} play (${why})` : `channel ${channels[0]} plays (${why})`;
+    const maximum = channels.slice(0, -1).join(", ");
+    return maximum ? `channels ${maximum} and ${channels.at(-1)} play (${why})` : `channel ${channels[0]} plays (${why})`;
   }
 
   // A line for each remark about the file and the automatic choice.
@@ -150,7 +150,7 @@ export class Song {
     return rows.filter(row => row.code !== N.CALLED || row === called[0]).map(({code, numbers}) => {
       const of = WORDS.remarks[code];
       if (code === N.CALLED) return sentence(of, [names.length, names.map(name => `"${name}"`).join(", ")]);
-      if (code === N.ONLY_PART || code === N.LOWEST_PART) return sentence(of, [told(this.part(numbers[0]))]);
+      if (code === N.ONLY_PART || code === N.LOWEST_PART) return sentence(of, [reported(this.part(numbers[0]))]);
       return sentence(of, code === N.DOUBLES ? numbers.map(number => number + 1) : numbers).replace(/; --.*/, "");
     });
   }
@@ -212,7 +212,7 @@ const rangeOf = ({lowest, highest}) => [...new Set([lowest, highest])].map(note 
 const notesOf = ({notes}) => `${notes} note${notes === 1 ? "" : "s"}`;
 
 // A part's description in a remark.
-function told(part) {
+function reported(part) {
   const {port, channel, name, drums, programs} = part, kind = drums ? "drums" : programs.length ? `program ${programs.join(" ")}` : "no program";
   return `${port > 1 ? `port ${port} ` : ""}channel ${channel}${name ? ` "${name}"` : ""} (${kind}, ${notesOf(part)}, ${rangeOf(part)})`;
 }

@@ -168,7 +168,7 @@ export class Transport {
 // Pauses what plays.
 export const pauseAll = () => active?.pause();
 
-player.on("songAt", told => { anchor = told; });
+player.on("songAt", reported => { anchor = reported; });
 player.on("songEnded", () => { if (state.rolls?.begun) active?.close(); });
 player.on("ends", pauseAll);
 player.on("report", () => active?.showPlace());

@@ -62,14 +62,14 @@ def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
     assert np.allclose(notes["axes_turned"], wanted[:, None], rtol=1e-15)
 
 
-def raised(neck: Neck, by: float, fret: int) -> Neck:
+def raise_fret(neck: Neck, by: float, fret: int) -> Neck:
     """A neck with one fret, and the board with it, raised `by` m."""
     heights = [h + by * (k == fret) for k, h in enumerate(neck.fret_heights, 1)]
     surface: Surface = tuple((x, h + by * (abs(x - neck.fret_positions[fret - 1]) < 2e-3)) for x, h in neck.surface)
     return replace(neck, fret_heights=tuple(heights), surface=surface)
 
 
-def profiled(neck: Neck) -> Neck:
+def add_profile(neck: Neck) -> Neck:
     """A neck with wood between its frets."""
     x, h = neck.fret_positions, neck.fret_heights
     return replace(neck, surface=fretted_surface(x, h, 0.9e-3, x[-1] + 0.02))
@@ -96,8 +96,8 @@ def why(bass: Instrument, how: str) -> str:
 )  # fmt: skip
 def test_what_stands_above_a_string_is_named(preset: str, by: float, wanted: str) -> None:
     bass = load_preset({"profile": "precision-finger", "board": "fretless"}.get(preset, preset))
-    necks = [profiled(neck) if preset == "profile" else neck for neck in bass.necks]
-    high = [raised(neck, by if i == 2 else 0.0, 9) for i, neck in enumerate(necks)]
+    necks = [add_profile(neck) if preset == "profile" else neck for neck in bass.necks]
+    high = [raise_fret(neck, by if i == 2 else 0.0, 9) for i, neck in enumerate(necks)]
     if preset == "board":  # the stopping points are below it
         high = [replace(neck, fret_heights=old.fret_heights) for neck, old in zip(high, necks, strict=True)]
     bass = replace(bass, necks=tuple(high))

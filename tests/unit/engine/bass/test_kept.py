@@ -13,7 +13,7 @@ import pytest
 from support.kept import Refused, image_made, read_kept
 from support.own_basses import load_preset
 
-from livebass.engine.image import image_of, sealed
+from livebass.engine.image import image_of, seal
 from livebass.kernels.bass.check import DAMAGED, FOREIGN, LATER
 from livebass.kernels.bass.instrument import WORD
 from livebass.kernels.bass.kept import FIELDS, FORMAT, HEAD, KEPT, LISTS_KEPT, NAMES, RENAMED
@@ -105,7 +105,7 @@ def test_a_later_format_is_refused_as_such(whole: bytes) -> None:
     assert why(file_of(read_kept(whole), format=0)) == DAMAGED
 
 
-def damaged(whole: bytes) -> Iterator[tuple[int, bytes]]:
+def damage(whole: bytes) -> Iterator[tuple[int, bytes]]:
     """Files that are no instrument files, with what the kernels find."""
     yield from ((FOREIGN, data) for data in (b"", b"livebass", whole[: HEAD.itemsize], b"RIFF" + whole[4:], whole[:-1]))
     yield from ((DAMAGED, data) for data in (whole[:-WORD], whole + bytes(WORD), whole[:-800] + whole[-792:]))
@@ -115,7 +115,7 @@ def damaged(whole: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def test_damaged_files_are_refused(whole: bytes) -> None:
-    assert [(state, why(data)) for state, data in damaged(whole)] == [(state, state) for state, _ in damaged(whole)]
+    assert [(state, why(data)) for state, data in damage(whole)] == [(state, state) for state, _ in damage(whole)]
 
 
 def is_real(name: str) -> bool:
@@ -135,10 +135,10 @@ def test_absurd_numbers_are_refused_or_harmless(whole: bytes, name: str) -> None
     for value in (np.nan, np.inf, -np.inf, 1e300) if real else (-1, 1 << 20, 1 << 40, -(1 << 62), 1 << 62):
         made = np.frombuffer(fields[name] or bytes(WORD), float if real else np.int64).copy()
         made[0] = value
-        assert isinstance(refused(file_of(fields | {name: made.tobytes()})), int) or not real, value
+        assert isinstance(refusal_of(file_of(fields | {name: made.tobytes()})), int) or not real, value
 
 
-def refused(data: bytes) -> int | bytes:
+def refusal_of(data: bytes) -> int | bytes:
     try:
         return image_made(data)
     except Refused as error:
@@ -154,5 +154,5 @@ def test_random_words_under_a_valid_checksum_never_crash(whole: bytes) -> None:
             data[place] = rng.choice([-1, 0, 1, 2, 7, 1 << 20, 1 << 40, -(1 << 62), 1 << 62])
         else:
             data.view(float)[place] = rng.choice([np.nan, np.inf, -1.0, 0.0, 1e-300, 1e-9, 1e9, 1e300, rng.normal()])
-        played += isinstance(refused(sealed(data[:-1].tobytes())), bytes)
+        played += isinstance(refusal_of(seal(data[:-1].tobytes())), bytes)
     assert 50 < played < 350

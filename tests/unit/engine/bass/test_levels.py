@@ -18,12 +18,12 @@ from livebass.sound.analysis import loudness
 RATE = 48000
 PLACES = (5, 12)  # frets played on each string
 BAR = 16  # sixteenths
-HARD, USUAL, SOFT = 127, 90, 20  # velocities
+HARD, DEFAULT, SOFT = 127, 90, 20  # velocities
 LOUDEST = (-10.0, -2.0)  # dBFS, peak of a hard line: hands that press hard notes into each other keep it lower
 APART = 2.0  # LU, at most, between any two basses
 QUICK = {"jazz-finger", "precision-pick", "slap", "paper-g"}
 DYNAMICS = (6.0, 18.0)  # dB, between a soft line and a hard one: real hands give 8 to 16 dB from softest to hardest
-LABORATORY, LEAST_IN_LABORATORY = "paper", 20.0  # dB: force alone, without a hand
+LABORATORY, MIN_IN_LABORATORY = "paper", 20.0  # dB: force alone, without a hand
 DC = -60.0  # dBFS, at most, of the mean of the steady part
 
 
@@ -41,7 +41,7 @@ def test_levels(name: str) -> None:
     peak = decibels(np.abs(line(name, HARD)).max())
     assert LOUDEST[0] <= peak <= LOUDEST[1], f"{name}: a hard line peaks at {peak:.1f} dBFS, allowed {LOUDEST}"
     below = peak - decibels(np.abs(line(name, SOFT)).max())
-    low, high = (LEAST_IN_LABORATORY, 60.0) if name.startswith(LABORATORY) else DYNAMICS
+    low, high = (MIN_IN_LABORATORY, 60.0) if name.startswith(LABORATORY) else DYNAMICS
     assert low <= below <= high, f"{name}: a soft line is {below:.1f} dB below a hard one, allowed {low} to {high}"
 
 
@@ -50,7 +50,7 @@ def test_levels(name: str) -> None:
     [(QUICK, 2 * BAR), pytest.param(set(preset_names()), math.inf, marks=pytest.mark.slow)],
 )
 def test_basses_are_as_loud_as_one_another(names: set[str], end: float) -> None:
-    found = {name: loudness(line(name, USUAL, end), RATE) for name in names}
+    found = {name: loudness(line(name, DEFAULT, end), RATE) for name in names}
     assert max(found.values()) - min(found.values()) <= APART, found
 
 

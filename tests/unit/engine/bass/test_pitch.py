@@ -14,7 +14,7 @@ from support.strings import one_string
 
 from livebass import load_preset, preset_names, quality_with
 from livebass.engine.engine import Engine
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.model.instrument import Instrument, note_frequency, speaking
 from livebass.rows.arrays import Floats
 from livebass.rows.units import cents
@@ -39,7 +39,7 @@ def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:
 @pytest.mark.parametrize("name", of_each_kind(preset_names()))
 def test_within_some_cents_of_equal_temperament(name: str) -> None:
     bass = without_noise(load_preset(name))
-    assert len(bass.strings) <= MOST_STRINGS
+    assert len(bass.strings) <= MAX_STRINGS
     worst = 0.0
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
         for fret, sound in enumerate(frets(bass, i, 0.9)):

@@ -16,7 +16,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames, take_message
 from livebass.kernels.player import performer
 from livebass.kernels.player.constants import STROKES
-from livebass.kernels.string.modal import MOST_TURN
+from livebass.kernels.string.modal import MAX_TURN
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Pluck, for_modes, speaking
 from livebass.model.modes import CARRIED, frequencies
@@ -33,7 +33,7 @@ def event_of(engine: Engine, i: int, fret: int, velocity: int, stroke: int | Non
     alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, engine.instrument.strings[i].open_note, 0
     if stroke is not None:
         alone["stroke"] = stroke
-    events = np.zeros(performer.MOST_EVENTS, EVENT)
+    events = np.zeros(performer.MAX_EVENTS, EVENT)
     key = engine.instrument.strings[i].open_note + fret
     take_message(alone, engine.pool.records[i : i + 1], 0, (0x90, key, velocity), events, 0)
     assert events[0]["kind"] == PLUCK
@@ -82,7 +82,7 @@ def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str,
     notes = [random_note(engine, rng) for _ in range(NOTES)]
 
     def agrees(note: tuple[Trial, str]) -> bool:
-        return assert_agree(*note, least=0.0, within=1e-6, touches=False)
+        return assert_agree(*note, minimum=0.0, within=1e-6, touches=False)
 
     with ThreadPoolExecutor() as pool:
         assert sum(pool.map(agrees, notes)) >= NOTES - 1
@@ -99,7 +99,7 @@ def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> No
                 op = engine.pool.records[i, fret]
                 s = for_modes(speaking(string, neck, fret), int(op["modes"]))
                 highest = frequencies(s, int(op["modes"]))[-1]
-                assert 2 * np.pi * highest * op["fine"] < MOST_TURN == 2 * np.pi * CARRIED
+                assert 2 * np.pi * highest * op["fine"] < MAX_TURN == 2 * np.pi * CARRIED
 
 
 @pytest.mark.parametrize("rate", [44100, pytest.param(48000, marks=pytest.mark.slow)])

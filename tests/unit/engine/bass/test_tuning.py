@@ -52,15 +52,15 @@ def apex(bass: Instrument, string: int, velocity: int) -> float:
 
 @pytest.mark.parametrize("velocity", [1, 60, 127])
 def test_the_same_force_pulls_a_slack_string_farther(velocity: int) -> None:
-    usual, dropped = load_preset("jazz-finger"), load_preset("jazz-finger", tuning="drop-d")
-    assert apex(dropped, 0, velocity) / apex(usual, 0, velocity) == pytest.approx(2 ** (4 / 12))
-    assert apex(dropped, 1, velocity) == apex(usual, 1, velocity)
+    default, dropped = load_preset("jazz-finger"), load_preset("jazz-finger", tuning="drop-d")
+    assert apex(dropped, 0, velocity) / apex(default, 0, velocity) == pytest.approx(2 ** (4 / 12))
+    assert apex(dropped, 1, velocity) == apex(default, 1, velocity)
 
 
 def test_strings_that_are_not_tuned_keep_every_bit() -> None:
-    usual, dropped = load_preset("slap"), load_preset("slap", tuning="drop-d")
+    default, dropped = load_preset("slap"), load_preset("slap", tuning="drop-d")
     for note in (33, 45):
-        assert np.array_equal(sound(usual, note, 120)[1:], sound(dropped, note, 120)[1:])
+        assert np.array_equal(sound(default, note, 120)[1:], sound(dropped, note, 120)[1:])
 
 
 def test_key_switches_call_strings_by_their_own_notes() -> None:

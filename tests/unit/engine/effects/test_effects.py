@@ -81,9 +81,9 @@ def cabinet(count: int) -> np.ndarray:
     return noise(count, 2) * np.exp(-np.arange(count) / (0.2 * count))
 
 
-def cuts(count: int, seed: int, most: int) -> list[int]:
+def cuts(count: int, seed: int, maximum: int) -> list[int]:
     """Sizes of blocks, without the last one."""
-    sizes = np.random.default_rng(seed).integers(1, most, count)
+    sizes = np.random.default_rng(seed).integers(1, maximum, count)
     return sizes[np.cumsum(sizes) < count].tolist()
 
 
@@ -149,8 +149,8 @@ def test_splitting_blocks_changes_nothing(kind: str) -> None:
     sound[9000:10_000] = 0.0
     whole = Chain(**ON[kind]).play(sound)
     assert not np.array_equal(whole, sound)
-    for most in (2, 70, 3000):
-        assert np.array_equal(Chain(**ON[kind]).play(sound, cuts(len(sound), most, most)), whole), most
+    for maximum in (2, 70, 3000):
+        assert np.array_equal(Chain(**ON[kind]).play(sound, cuts(len(sound), maximum, maximum)), whole), maximum
 
 
 def test_off_is_off() -> None:
@@ -177,10 +177,10 @@ def test_knobs_that_a_host_moves_change_nothing_before_and_after() -> None:
 
 
 def test_knobs_stand_where_they_are_from_the_first_frame() -> None:
-    sound, asked = 0.2 * noise(4000), np.tile([[0.3], [0.6]], 4000)
+    sound, requested = 0.2 * noise(4000), np.tile([[0.3], [0.6]], 4000)
     wanted = Chain(compression=0.3, drive=0.6).play(sound)
     for own in (0.0, 0.9):
-        assert np.array_equal(Chain(compression=own).play(sound, knobs=asked), wanted)
+        assert np.array_equal(Chain(compression=own).play(sound, knobs=requested), wanted)
 
 
 @pytest.mark.parametrize("kind", ON)

@@ -15,7 +15,7 @@ from support.own_basses import load_preset
 
 from livebass import Quality, loudness, render_to_array, single_note
 from livebass.engine.basses import Basses
-from livebass.engine.engine import Engine, mixed, single
+from livebass.engine.engine import Engine, mix_strings, single
 from livebass.engine.render import render_to_file
 from livebass.model.instrument import Effects, Instrument, Response
 from livebass.score.score import Score
@@ -32,14 +32,14 @@ def behind(bass: Instrument, **effects: Any) -> Instrument:
     return replace(bass, effects=Effects(**effects))
 
 
-def written(bass: Instrument, path: Path, score: Score = NOTE, **more: Any) -> np.ndarray:
+def write(bass: Instrument, path: Path, score: Score = NOTE, **more: Any) -> np.ndarray:
     render_to_file(bass, score, path, quality=LIGHT, rate=RATE, bits="float", **more)
     return soundfile.read(path, dtype="float32")[0]
 
 
 def test_a_response_is_heard_in_the_mix_alone_and_to_its_end(tmp_path: Path) -> None:
-    dry = written(JAZZ, tmp_path / "dry.wav", stems=True)
-    wet = written(behind(JAZZ, response=HALL), tmp_path / "wet.wav", stems=True)
+    dry = write(JAZZ, tmp_path / "dry.wav", stems=True)
+    wet = write(behind(JAZZ, response=HALL), tmp_path / "wet.wav", stems=True)
     last = len(dry) - RATE // 50  # both fade out at the end
     assert np.abs(wet[:last] - fftconvolve(dry, TAPS)[:last]).max() < 1e-6 * np.abs(wet).max()
     for string in "EADG":
@@ -52,17 +52,17 @@ def test_a_response_is_heard_in_the_mix_alone_and_to_its_end(tmp_path: Path) -> 
 
 def test_the_gain_comes_behind_the_effects(tmp_path: Path) -> None:
     bass = behind(JAZZ, compression=0.6, drive=0.4)
-    one, other = (written(bass, tmp_path / f"{k}.wav", gain_db=gain, tail=0.1) for k, gain in enumerate((0.0, -12.0)))
+    one, other = (write(bass, tmp_path / f"{k}.wav", gain_db=gain, tail=0.1) for k, gain in enumerate((0.0, -12.0)))
     assert np.allclose(other, one * 10 ** (-12 / 20), rtol=1e-6, atol=1e-12)
-    assert len(one) == round(0.3 * RATE) and not np.array_equal(one, written(JAZZ, tmp_path / "dry.wav", tail=0.1))
+    assert len(one) == round(0.3 * RATE) and not np.array_equal(one, write(JAZZ, tmp_path / "dry.wav", tail=0.1))
 
 
 def test_normalizing_measures_what_is_heard(tmp_path: Path) -> None:
     bass = behind(JAZZ, drive=0.8, response=HALL)
-    sound = written(bass, tmp_path / "a.wav", single_note(33, 110, 1.0, RATE), normalize=-25.0, stems=True)
+    sound = write(bass, tmp_path / "a.wav", single_note(33, 110, 1.0, RATE), normalize=-25.0, stems=True)
     assert loudness(sound, RATE) == pytest.approx(-25, abs=1e-3)
     strings = [soundfile.read(tmp_path / f"a.{name}.wav", dtype="float32")[0] for name in "EADG"]
-    assert not np.allclose(mixed(np.array(strings)), sound, atol=1e-3)
+    assert not np.allclose(mix_strings(np.array(strings)), sound, atol=1e-3)
 
 
 def mix_of(playing: Engine | Basses, size: int, frames: int = 12_000) -> np.ndarray:
@@ -70,7 +70,7 @@ def mix_of(playing: Engine | Basses, size: int, frames: int = 12_000) -> np.ndar
     out = []
     for begin in range(0, frames, size):
         strings, mix = playing.process_with_mix(min(size, frames - begin))
-        out.append(mixed(single(strings)) if mix is None else mix)
+        out.append(mix_strings(single(strings)) if mix is None else mix)
     return np.concatenate(out)
 
 

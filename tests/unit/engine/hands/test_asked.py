@@ -39,7 +39,7 @@ def db(ratio: float) -> float:
     return float(10 * np.log10(max(ratio, 1e-30)))
 
 
-def plucked(i: int, fret: int, apex: float) -> float:
+def pluck(i: int, fret: int, apex: float) -> float:
     """Energy (J) of a pluck by `apex` (m) across the frets."""
     player = engine()
     event, length = np.zeros(1, EVENT), float(player.pool.records[i, fret]["length"])
@@ -58,7 +58,7 @@ def test_a_hammer_gives_as_much_as_its_velocity_says(i: int, fret: int) -> None:
         player = engine()
         press(player, (ON_STRING[i], 100), (TAP, 100), (OPEN[i] + fret, velocity))
         player.process(RATE // 25)
-        levels.append(db(energy(player, i) / plucked(i, fret, 3e-3)))
+        levels.append(db(energy(player, i) / pluck(i, fret, 3e-3)))
     assert levels == sorted(levels) and levels[0] > -34 and -8 < levels[3] < 3, levels
     assert levels[3] - levels[0] > 9, levels
 
@@ -95,20 +95,22 @@ def test_each_step_of_a_slide_is_in_tune(preset: str, i: int) -> None:
         assert abs(1200 * np.log2(hz / (440 * 2 ** ((OPEN[i] + fret - 69) / 12)))) < 3, fret
 
 
-@pytest.mark.parametrize(("i", "fret", "asked"), [(1, 7, (-14.0, -28.0, -41.0, -76.0)), (3, 5, (-18.0, -34.0, -56.0))])
-def test_a_note_ends_as_under_fingers_that_ease_off(i: int, fret: int, asked: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(
+    ("i", "fret", "requested"), [(1, 7, (-14.0, -28.0, -41.0, -76.0)), (3, 5, (-18.0, -34.0, -56.0))]
+)
+def test_a_note_ends_as_under_fingers_that_ease_off(i: int, fret: int, requested: tuple[float, ...]) -> None:
     """dB of energy at 30, 60, 100 and 200 ms: within 3 of the requirement at 30 ms, then at least as far down."""
     player = engine()
     press(player, (ON_STRING[i], 100), (OPEN[i] + fret, 60))
     player.process(RATE // 2)
     before, at, found = energy(player, i), 0, []
     press(player, (OPEN[i] + fret, 64), status=0x80)
-    for ms in (30, 60, 100, 200)[: len(asked)]:
+    for ms in (30, 60, 100, 200)[: len(requested)]:
         player.process(RATE * (ms - at) // 1000)
         at = ms
         found.append(db(energy(player, i) / before))
-    assert abs(found[0] - asked[0]) < 3, found
-    assert all(x < y + 1 for x, y in zip(found[1:], asked[1:], strict=True)), found
+    assert abs(found[0] - requested[0]) < 3, found
+    assert all(x < y + 1 for x, y in zip(found[1:], requested[1:], strict=True)), found
 
 
 @pytest.mark.parametrize("fret", [0, 5, 12])
@@ -126,12 +128,12 @@ def test_no_mode_rings_through_a_palm(i: int, fret: int) -> None:
         player.process(round((player.instrument.player.pull_time + 0.01) * RATE))
         first = mode_speeds(player.voices[i], 48).max()
         player.process(RATE // 2)
-        least = np.full(48, 50.0)
+        minimum = np.full(48, 50.0)
         if fret == 0:
-            least[:2] = ((26, 43), (35, 50), (47, 50), (50, 50))[i]
+            minimum[:2] = ((26, 43), (35, 50), (47, 50), (50, 50))[i]
         under = 20 * np.log10(first / np.maximum(mode_speeds(player.voices[i], 48), 1e-15 * first))
         assert player.voices[i].note()[0] == fret
-        assert (under > least).all(), under
+        assert (under > minimum).all(), under
 
 
 def step_and_level(keys: list[tuple[float, int, int, int]]) -> tuple[float, float]:

@@ -8,14 +8,14 @@ import itertools
 import numpy as np
 import pytest
 from support.costs import quick
-from support.modal import modal, solved, third_octaves
+from support.modal import modal, solve_exactly, third_octaves
 from support.quiet import without_noise
 
 from livebass.engine.prepare import Note, Pool, Rates, Voice, new_voice, operators, play_frames
 from livebass.kernels.player import touches
 from livebass.kernels.string.preparing import SENSORS
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT
-from livebass.lab.reference.hands import Finger, Hand, Stop, hammer, held, spread
+from livebass.lab.reference.hands import Finger, Hand, Stop, hammer, hold_still, spread
 from livebass.lab.reference.playing import play
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.model.modes import impedance, pluck_amplitudes
@@ -185,7 +185,7 @@ def pulled_off(
         whole.length - SENSOR,
     )  # fmt: skip
     behind = [Finger(part * x, 4.0, 1e-3, end=when - 0.015, landing=0.0) for part in (0.4, 0.7)]
-    hands: list[Hand] = [Stop(x, held(crown), end=when), *behind]
+    hands: list[Hand] = [Stop(x, hold_still(crown), end=when), *behind]
     begin = held_and_plucked(whole, stopped, pluck)
     true = play(trial, hands, listen=[whole.length - SENSOR], frets=frets, begin=begin)
     n = round(when * RATE)
@@ -321,8 +321,8 @@ def under_a_palm(s: Speaking, each: float, width: float, pluck: Pluck, times: Fl
         damping -= each / s.length * np.cos(both * x) * np.exp(-((both * width) ** 2) / 2)
     none, state = np.zeros_like(damping), np.concatenate([pluck_amplitudes(s, m.k.size, pluck), np.zeros(m.k.size)])
     for part in (np.arange(5) + 0.5) / 5:
-        (state,) = solved(m.matrix(part * damping, none), state, np.array([1e-3]))
-    later = solved(m.matrix(damping, none), state, times - 5e-3)
+        (state,) = solve_exactly(m.matrix(part * damping, none), state, np.array([1e-3]))
+    later = solve_exactly(m.matrix(damping, none), state, times - 5e-3)
     return np.asarray(later[:, m.k.size :] @ m.shape(s.length - SENSOR))
 
 

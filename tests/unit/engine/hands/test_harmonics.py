@@ -32,7 +32,7 @@ def rest(preset: str, i: int, number: int) -> float:
     return max(touches.NODE_TIME, touches.NODE_PERIODS[number - 2] * period)
 
 
-def played(
+def play(
     preset: str, i: int, above: int, velocity: int, times: list[float], technique: str = "harmonic"
 ) -> tuple[Floats, int]:
     """`speeds` (times, MEASURED) at `times` after the release of a harmonic, played by keys on string `i`; its fret.
@@ -54,17 +54,17 @@ def played(
 
 
 def natural(preset: str, i: int, number: int, velocity: int, times: list[float]) -> Floats:
-    """`played` for the natural harmonic `number`."""
-    speed, fret = played(preset, i, fingering.HARMONICS[number - 2], velocity, times)
+    """`play` for the natural harmonic `number`."""
+    speed, fret = play(preset, i, fingering.HARMONICS[number - 2], velocity, times)
     assert fret == 0
     return speed
 
 
-def others(speed: Floats, number: int, most: int = MEASURED) -> Floats:
-    """dB by time: the strongest mode up to `most` without a node there, relative to the strongest of the harmonic."""
+def others(speed: Floats, number: int, maximum: int = MEASURED) -> Floats:
+    """dB by time: the strongest mode up to `maximum` without a node there, relative to the harmonic's strongest."""
     j = np.arange(1, MEASURED + 1)
     kept = j % number == 0
-    return 20 * np.log10(speed[:, ~kept & (j <= most)].max(axis=1) / speed[:, kept].max(axis=1))
+    return 20 * np.log10(speed[:, ~kept & (j <= maximum)].max(axis=1) / speed[:, kept].max(axis=1))
 
 
 @pytest.mark.parametrize(("preset", "i"), STRINGS)
@@ -123,10 +123,14 @@ def test_an_artificial_harmonic_is_the_octave_of_its_fret(preset: str, i: int, f
 
     At full force it swings against frets, which revive odd ones: the first 8 partials' stay 30 dB below.
     """
-    for velocity, least, most in ((30, (44, 85, 85), MEASURED), (80, (44, 85, 85), MEASURED), (127, (30, 30, 30), 8)):
-        speed, stopped = played(preset, i, fret, velocity, [0.03, 0.1, 0.3])
+    for velocity, minimum, maximum in (
+        (30, (44, 85, 85), MEASURED),
+        (80, (44, 85, 85), MEASURED),
+        (127, (30, 30, 30), 8),
+    ):
+        speed, stopped = play(preset, i, fret, velocity, [0.03, 0.1, 0.3])
         assert stopped == fret and (np.argmax(speed, axis=1) == 1).all()
-        assert (others(speed, 2, most) < -np.array(least)).all(), (velocity, others(speed, 2, most))
+        assert (others(speed, 2, maximum) < -np.array(minimum)).all(), (velocity, others(speed, 2, maximum))
 
 
 @pytest.mark.parametrize("fret", [2, 7, 12])
@@ -134,14 +138,14 @@ def test_an_artificial_harmonic_is_the_octave_of_its_fret(preset: str, i: int, f
 @pytest.mark.parametrize("i", [0, 3])
 def test_artificial_harmonics_have_keys_of_their_own(i: int, technique: str, number: int, fret: int) -> None:
     """At fret 7 and 12, too, where the key of all harmonics means natural ones."""
-    speed, stopped = played("jazz-finger", i, fret, 80, [0.15], technique)
+    speed, stopped = play("jazz-finger", i, fret, 80, [0.15], technique)
     assert stopped == fret and int(np.argmax(speed[0])) + 1 == number
     assert others(speed, number, 8)[0] < -30, others(speed, number, 8)
 
 
 @pytest.mark.parametrize(("i", "fret"), [(0, 3), (3, 5)])
 def test_a_pinch_leaves_its_partial(i: int, fret: int) -> None:
-    (speed,), stopped = played("jazz-finger", i, fret, 100, [0.5], "pinch")
+    (speed,), stopped = play("jazz-finger", i, fret, 100, [0.5], "pinch")
     number = int(np.argmax(speed)) + 1
     assert stopped == fret and 3 <= number <= 8 and others(speed[None], number, 8)[0] < -30
 

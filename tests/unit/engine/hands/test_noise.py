@@ -345,7 +345,7 @@ def test_another_bass_takes_the_floor_over() -> None:
 # Independence of the computation
 
 
-def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> Floats:
+def play(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> Floats:
     """The strings of `score` in blocks of `sizes`, over and over."""
     engine, blocks, sent = Engine(made, QUICK, score.rate, seed), [], 0
     while engine.frame < score.end_frame:
@@ -360,23 +360,23 @@ def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> F
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-pick"])
 def test_blocks_of_any_sizes_play_the_same(preset: str) -> None:
     score, made = busy_score(RATE), bass(preset, **ALL)
-    whole = played(made, score, [score.end_frame])
+    whole = play(made, score, [score.end_frame])
     assert np.isfinite(whole).all()
-    assert not np.array_equal(whole, played(bass(preset), score, [score.end_frame]))
+    assert not np.array_equal(whole, play(bass(preset), score, [score.end_frame]))
     for sizes in ([1, 500, 33], [4096]):
-        assert np.array_equal(whole, played(made, score, sizes))
+        assert np.array_equal(whole, play(made, score, sizes))
 
 
 def test_a_seed_is_one_noise() -> None:
     score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), bass(**ALL)
-    one, same, other = (played(made, score, [512], seed) for seed in (1, 1, 2))
+    one, same, other = (play(made, score, [512], seed) for seed in (1, 1, 2))
     assert np.array_equal(one, same) and not np.array_equal(one, other)
     ours, theirs = one.sum(axis=0) - note_of(score), other.sum(axis=0) - note_of(score)
     assert abs(float(np.corrcoef(ours, theirs)[0, 1])) < 0.3
 
 
 def note_of(score: Score) -> Floats:
-    return np.asarray(played(bass(), score, [512]).sum(axis=0))
+    return np.asarray(play(bass(), score, [512]).sum(axis=0))
 
 
 @pytest.mark.parametrize(

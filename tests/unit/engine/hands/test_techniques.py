@@ -441,7 +441,7 @@ def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> No
 # The noise of a winding
 
 
-def wound(preset: str, winding: float) -> str:
+def wound_engine(preset: str, winding: float) -> str:
     """The name among ENGINES of a bass with strings of the given winding (m)."""
     bass, name = without_noise(preset), f"{preset} {winding}"
     strings = tuple(replace(s, winding=winding) for s in bass.strings)
@@ -454,7 +454,7 @@ def wound(preset: str, winding: float) -> str:
 def test_a_slide_squeaks_on_a_wound_string(preset: str, string: int, first: int, last: int) -> None:
     """30 to 40 dB below the note, as required; contacts, which differ by it, may spread that by some dB."""
     keys = [(0.0, 0x90, string, 100), on(0, SLIDE), on(0.1, first, 80), on(0.4, last, 80)]
-    note, flat = play(keys, 1.0, preset), play(keys, 1.0, wound(preset, 0.0))
+    note, flat = play(keys, 1.0, preset), play(keys, 1.0, wound_engine(preset, 0.0))
     assert np.array_equal(part(note, 0, 0.4), part(flat, 0, 0.4))
     assert -46 < db(rms(part(note - flat, 0.43, 0.16)) / rms(part(note, 0.43, 0.16))) < -27
 
@@ -466,10 +466,10 @@ def test_the_squeak_has_its_tone_where_the_finger_passes_windings(string: int, f
     first = bass.strings[i].open_note + fret
     keys = [(0.0, 0x90, string, 100), on(0, SLIDE), on(0.1, first, 30), on(0.4, first + 5, 80)]
     speed = bass.strings[i].length * (2 ** (-(fret + 1) / 12) - 2 ** (-(fret + 4) / 12)) / 66e-3
-    flat, pitches = play(keys, 0.6, wound("jazz-finger", 0.0)), (0.4e-3, 0.6e-3)
+    flat, pitches = play(keys, 0.6, wound_engine("jazz-finger", 0.0)), (0.4e-3, 0.6e-3)
     level = {}
     for pitch in pitches:
-        squeak = np.diff(part(play(keys, 0.6, wound("jazz-finger", pitch)) - flat, 0.404, 66e-3))
+        squeak = np.diff(part(play(keys, 0.6, wound_engine("jazz-finger", pitch)) - flat, 0.404, 66e-3))
         power = np.abs(np.fft.rfft(squeak * np.hanning(len(squeak)), 1 << 14)) ** 2
         frequency = np.fft.rfftfreq(1 << 14, 1 / RATE)
         for tone in pitches:
@@ -510,8 +510,10 @@ def cents_at(sound: Floats, when: float, note: float) -> float:
     return cents(part(sound, when - wide / 2, wide), note) - cents(part(sound, 1.2, 0.5), note)
 
 
-@pytest.mark.parametrize(("key", "apex", "least", "most"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)])
-def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float) -> None:
+@pytest.mark.parametrize(
+    ("key", "apex", "minimum", "maximum"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)]
+)
+def test_hard_notes_begin_sharp(key: int, apex: float, minimum: float, maximum: float) -> None:
     """Cents of open strings far from frets, plucked by 6 mm; none without axial stiffness."""
     bass = without_noise("jazz-finger")
     far = replace(
@@ -527,7 +529,7 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
         sound = np.zeros(2 * RATE)
         play_frames(player.voices[i], player.pool.records[i], events, sound)
         found.append(cents_at(sound, 0.15, key))
-    assert least < found[0] < most and abs(found[1]) < 2, found
+    assert minimum < found[0] < maximum and abs(found[1]) < 2, found
 
 
 @pytest.mark.parametrize("angle", [0.4, 1.3])
@@ -550,10 +552,10 @@ def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
         return np.array([u, v])
 
     straight, slack = modes(1.0, 0.0)[0], modes(0.0, 0.0)[0]
-    most = np.abs(straight).max()
-    assert np.abs(straight - slack).max() > 0.1 * most, "it matters"
+    maximum = np.abs(straight).max()
+    assert np.abs(straight - slack).max() > 0.1 * maximum, "it matters"
     np.testing.assert_allclose(
-        modes(1.0, angle), np.outer([np.cos(angle), np.sin(angle)], straight), rtol=0, atol=1e-6 * most
+        modes(1.0, angle), np.outer([np.cos(angle), np.sin(angle)], straight), rtol=0, atol=1e-6 * maximum
     )
 
 

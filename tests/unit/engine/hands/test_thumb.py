@@ -43,7 +43,7 @@ def strike(speed: float, place: float, fret: int = 0, **mass: float) -> np.ndarr
     return event
 
 
-def slapped(preset: str = "slap", i: int = 0, **player: float) -> Engine:
+def slap(preset: str = "slap", i: int = 0, **player: float) -> Engine:
     """String `i` of `preset` alone, with an even thumb."""
     bass = without_noise(preset)
     thumb = dataclasses.replace(
@@ -244,7 +244,7 @@ def test_energy_never_grows_but_by_the_hand(speed: float) -> None:
 @pytest.mark.parametrize("i", range(4))
 def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
     """4 to 8 at a hard slap, longer at a softer one: the design's mass stays for 11 at 1 m/s."""
-    engine = slapped(i=i)
+    engine = slap(i=i)
     for velocity, longest in ((80, 11.0), (100, 9.0), (127, 8.0)):
         e = engine.another()
         e.send(np.array([0]), np.array([[0x90, e.instrument.strings[0].open_note, velocity]], np.uint8))
@@ -272,14 +272,14 @@ def test_the_thumb_of_the_shipped_slap_throws_the_string_onto_the_last_frets(i: 
 
 
 def test_a_thumb_without_stiffness_is_silent() -> None:
-    quiet = [np.abs(note(slapped(thumb_stiffness=k), 127, 0.1)).max() for k in (7e5, 7e1, 0.0)]
+    quiet = [np.abs(note(slap(thumb_stiffness=k), 127, 0.1)).max() for k in (7e5, 7e1, 0.0)]
     assert quiet[0] > 20 * quiet[1] > 0 and quiet[2] == 0
 
 
 @pytest.mark.parametrize("i", [0, 1])
 def test_harder_slaps_are_brighter(i: int) -> None:
     """Energy above 2 kHz within 50 ms grows faster than the square of the MIDI velocity."""
-    engine, high, velocities = slapped(i=i), [], (60, 127)
+    engine, high, velocities = slap(i=i), [], (60, 127)
     for velocity in velocities:
         sound = note(engine, velocity, 0.05)
         spectrum = np.abs(np.fft.rfft(sound)) ** 2
@@ -297,7 +297,7 @@ def test_a_slap_settles_at_the_pitch_of_a_pluck(i: int) -> None:
         band = np.abs(np.log2(frequency[1:] / near)) < 0.05
         return float(frequency[1:][band][np.argmax(spectrum[1:][band])])
 
-    engine = slapped(i=i)
+    engine = slap(i=i)
     bass = engine.instrument
     pluck = dataclasses.replace(bass, player=dataclasses.replace(bass.player, technique="pluck", hardest=1.0))
     near = 2 * note_frequency(bass.strings[0].open_note)  # E's first partial is weak
@@ -308,7 +308,7 @@ def test_a_slap_settles_at_the_pitch_of_a_pluck(i: int) -> None:
 def test_anything_may_strike_anywhere() -> None:
     """Random speeds, places and masses, each interrupting the last: the sound is finite, and it ends."""
     rng = np.random.default_rng(5)
-    engine = slapped()
+    engine = slap()
     for _ in range(6):
         voice, ops = engine.another().voices[0], engine.pool.records[0]
         events = np.zeros(12, EVENT)
@@ -329,7 +329,7 @@ def test_anything_may_strike_anywhere() -> None:
 @pytest.mark.parametrize(("stiffness", "loss", "width"), [(1e8, 10.0, 50e-3), (7e5, 2.0, 50e-3), (1e8, 0.0, 1e-3)])
 def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, loss: float, width: float) -> None:
     """At the limits of the keys, at 8 m/s: the string has no more energy than the thumb had, and is soon free of it."""
-    engine = slapped(i=i, thumb_loss=loss)
+    engine = slap(i=i, thumb_loss=loss)
     voice, ops, none = engine.voices[0], engine.pool.records[0], np.zeros(0, EVENT)
     event, one, op = strike(8.0, 0.6, mass=mass, width=width, stiffness=stiffness), np.zeros(1), ops[0]
     for n in range(round(0.07 * RATE)):
@@ -346,7 +346,7 @@ def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, lo
 
 @pytest.mark.parametrize("x", [np.nan, np.inf, -1.0, 0.0])
 def test_no_thumb_comes_at_no_speed(x: float) -> None:
-    engine = slapped()
+    engine = slap()
     voice, out = engine.voices[0], np.zeros(4800)
     play_frames(voice, engine.pool.records[0], strike(x, 0.6), out)
     assert not out.any() and not voice.sounding()

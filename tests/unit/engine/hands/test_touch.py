@@ -29,7 +29,7 @@ BRIGHT = 700.0, 3000.0  # Hz
 GROWTH = 4.0, 2.0  # dB, between these velocities, in order; of the worst note, and ...
 PICK_GROWTH = 3.8  # ... of the worst note of a pick
 MEDIAN_GROWTH = 5.0, 3.5  # ... of a typical note; real basses grow by 8 to 21 dB from soft to medium notes
-LEAST_DULLING = 0.65  # centroid at 20 ms over the centroid at 100 ms of the worst note; ...
+MIN_DULLING = 0.65  # centroid at 20 ms over the centroid at 100 ms of the worst note; ...
 DULLING = 1.02, 3.5  # ... and of a typical note; in real basses 1.1 to 1.9
 # dB, at least, of a pick over a finger, 2 to 8 kHz; over a finger by the bridge, or on a pick's bass
 CLICK, CLICK_NEAR = 8.0, 0.0
@@ -57,7 +57,7 @@ class Hand:
         """The plucks, (count,) EVENT, of `count` equal notes on one string."""
         alone = self.engine.performer.copy()
         alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, self.bass.strings[i].open_note, 0
-        events = np.zeros(count + performer.MOST_EVENTS, EVENT)
+        events = np.zeros(count + performer.MAX_EVENTS, EVENT)
         key, ops = self.bass.strings[i].open_note + fret, self.engine.pool.records[i : i + 1]
         for k in range(count):
             assert take_message(alone, ops, 0, (0x90, key, velocity), events, k) == k + 1
@@ -115,7 +115,7 @@ def grown(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
     return np.diff(levels, axis=1)
 
 
-def dulled(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
+def dulling(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
     """Centroid at 20 ms over the centroid at 100 ms of each note at velocity 127, (notes,)."""
     sounds = [hand.note(i, fret, 127) for i in range(len(hand.bass.strings)) for fret in frets]
     return np.array([centroid(x, hand.pull + 0.02) / centroid(x, hand.pull + 0.1) for x in sounds])
@@ -131,16 +131,16 @@ def test_notes_brighten_with_force(name: str) -> None:
 @pytest.mark.parametrize("name", of_each_kind(FINGERS))
 def test_hard_notes_dull_from_the_attack_on(name: str) -> None:
     """A cone, as in recordings: their losses on the frets let them rattle only for moments."""
-    ratio = dulled(Hand(even(name)))
+    ratio = dulling(Hand(even(name)))
     typical = float(np.median(ratio))
     assert DULLING[0] < typical < DULLING[1], f"{name}: centroid at 20 ms {typical:.2f} times that at 100 ms"
-    assert ratio.min() >= LEAST_DULLING, f"{name}: {ratio.min():.2f}"
+    assert ratio.min() >= MIN_DULLING, f"{name}: {ratio.min():.2f}"
 
 
 @pytest.mark.parametrize("name", ["jazz-finger", "precision-finger"])
 def test_so_do_those_of_a_pick(name: str) -> None:
     hand = Hand(even(name), PICK)
-    growth, ratio = grown(hand), dulled(hand)
+    growth, ratio = grown(hand), dulling(hand)
     assert (np.median(growth, axis=0) >= PICK_GROWTH).all()
     assert np.median(ratio) > 0.9  # recordings: 1.1
 
@@ -185,7 +185,7 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
     A hand that pulls hard strings up rattles them: at equal velocity it may be as bright as a pick.
     """
     finger, pick = (Hand(even(name), stroke) for stroke in (FINGER, PICK))
-    least = np.inf
+    minimum = np.inf
     for i in range(len(finger.bass.strings)):
         f0 = finger.fundamental(i, 5)
         levels = [attack_over_fundamental(finger.note(i, 5, v), f0) for v in range(1, 128, 9)]
@@ -193,8 +193,8 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
             fundamental, click = attack_over_fundamental(pick.note(i, 5, velocity), f0)
             above = max(next((k for k, level in enumerate(levels) if level[0] >= fundamental), len(levels) - 1), 1)
             (low, under), (high, over) = levels[above - 1 : above + 1]
-            least = min(least, click - under - (over - under) * (fundamental - low) / (high - low))
-    assert least >= click_of(name), f"{name}: {least:.1f} dB"
+            minimum = min(minimum, click - under - (over - under) * (fundamental - low) / (high - low))
+    assert minimum >= click_of(name), f"{name}: {minimum:.1f} dB"
 
 
 @pytest.mark.parametrize("name", of_each_kind(OVER_FRETS))
@@ -263,8 +263,8 @@ def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
     for i in range(len(hand.bass.strings)):
         both, new, old = (motion(hand, i, fret, starts, again + TAKEN) for starts in ((0.0, again), (again,), (0.0,)))
         left = decibels(abs(both - new) / abs(old))
-        most = OLD_NOTE if hand.bass.player.pluck_position < NEAR else OLD_NOTE_NEAR
-        assert left <= most, f"string {i}: {left:.1f} dB"
+        maximum = OLD_NOTE if hand.bass.player.pluck_position < NEAR else OLD_NOTE_NEAR
+        assert left <= maximum, f"string {i}: {left:.1f} dB"
 
 
 @pytest.mark.parametrize("stroke", [FINGER, PICK, NAIL, POP])
@@ -302,7 +302,7 @@ def test_a_finger_that_rakes_does_not_take_turns(line: list[tuple[int, int]], fi
     bass = without_noise("jazz-finger")
     engine, used = Engine(bass, QUALITIES["live"], RATE), []
     for i, ms in line:
-        events = np.zeros(performer.MOST_EVENTS, EVENT)
+        events = np.zeros(performer.MAX_EVENTS, EVENT)
         note = (0x90, bass.strings[i].open_note, 90)
         assert take_message(engine.performer, engine.pool.records, round(ms * RATE / 1000), note, events, 0) == 1
         assert events["string"][0] == i
@@ -325,12 +325,12 @@ def test_shape_and_place_follow_the_force() -> None:
     bass = even("jazz-finger")
     player, hand = bass.player, Hand(bass)
     soft, middle, hard = (hand.strokes(0, 5, velocity)[0] for velocity in (1, 64, 127))
-    for field, least, most in (
+    for field, minimum, maximum in (
         ("width", player.rounding, player.rounding_soft),
         ("seconds", player.release_time, player.release_time_soft),
     ):  # fmt: skip
-        assert soft[field] == pytest.approx(most) and hard[field] == pytest.approx(least)
-        assert middle[field] == pytest.approx(np.sqrt(least * most))
+        assert soft[field] == pytest.approx(maximum) and hard[field] == pytest.approx(minimum)
+        assert middle[field] == pytest.approx(np.sqrt(minimum * maximum))
     assert hard["place"] - soft["place"] == pytest.approx(player.nearer_when_hard)
     assert middle["place"] - soft["place"] == pytest.approx(player.nearer_when_hard / 2)
 

@@ -41,13 +41,13 @@ def two(instrument: object = None) -> Hands:
     return hands
 
 
-def told(events: NDArray[np.void], kind: int) -> dict[int, float]:
+def last_numbers(events: NDArray[np.void], kind: int) -> dict[int, float]:
     """The last number of a kind sent to each string."""
     return {int(e["string"]): float(e["value"]) for e in events if e["kind"] == kind}
 
 
 def semitones(events: NDArray[np.void]) -> dict[int, float]:
-    return {i: 12 * np.log2(ratio) for i, ratio in told(events, at.BEND).items()}
+    return {i: 12 * np.log2(ratio) for i, ratio in last_numbers(events, at.BEND).items()}
 
 
 MOVES: list[tuple[str, list[Message], int, float]] = [
@@ -67,9 +67,9 @@ MOVED = pytest.mark.parametrize(("messages", "kind", "value"), [m[1:] for m in M
 @MOVED
 def test_a_channel_moves_its_own_note(messages: list[Message], kind: int, value: float) -> None:
     """It also moves unplayed strings, which may get its next note."""
-    assert told(two()(*by(1, *messages)), kind) == pytest.approx({A: value, D: value, G: value})
-    assert told(two()(*by(0, *messages)), kind) == pytest.approx({E: value, D: value, G: value})
-    assert told(two()(*by(9, *messages)), kind) == pytest.approx({D: value, G: value})
+    assert last_numbers(two()(*by(1, *messages)), kind) == pytest.approx({A: value, D: value, G: value})
+    assert last_numbers(two()(*by(0, *messages)), kind) == pytest.approx({E: value, D: value, G: value})
+    assert last_numbers(two()(*by(9, *messages)), kind) == pytest.approx({D: value, G: value})
 
 
 @MOVED
@@ -78,10 +78,12 @@ def test_what_comes_before_a_note_is_there_when_it_begins(messages: list[Message
     hands = two()
     hands(*by(0, off(OPEN[E])), *by(1, *messages))
     events = hands(*by(1, on(OPEN[E])))
-    assert [int(e["kind"]) for e in events] == [kind, at.PLUCK] and told(events, kind) == pytest.approx({E: value})
+    assert [int(e["kind"]) for e in events] == [kind, at.PLUCK] and last_numbers(events, kind) == pytest.approx(
+        {E: value}
+    )
     assert [int(e["kind"]) for e in hands(*by(1, off(OPEN[E]), on(OPEN[E])))] == [at.HAND, at.PLUCK], "told already"
-    usual = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}[kind]
-    assert told(hands(*by(1, off(OPEN[E])), *by(0, on(OPEN[E]))), kind) == {E: usual}
+    default = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}[kind]
+    assert last_numbers(hands(*by(1, off(OPEN[E])), *by(0, on(OPEN[E]))), kind) == {E: default}
 
 
 @MOVED
@@ -91,7 +93,7 @@ def test_one_channel_moves_all_strings(channel: int, messages: list[Message], ki
     line = [on(OPEN[E]), *messages, on(OPEN[A]), off(OPEN[E]), on(OPEN[E])]
     first, other = Hands(), Hands()
     assert first(*line).tobytes() == other(*by(channel, *line)).tobytes()
-    assert told(first(*messages), kind) == pytest.approx(dict.fromkeys(range(4), value))
+    assert last_numbers(first(*messages), kind) == pytest.approx(dict.fromkeys(range(4), value))
 
 
 def test_a_released_note_keeps_its_channel() -> None:
@@ -106,14 +108,14 @@ def test_the_pedal_holds_the_notes_of_its_channel() -> None:
     hands(*by(1, control(64, 127)), *by(0, off(OPEN[E])), *by(1, off(OPEN[A])))
     assert hands.strings("state")[:2] == [FREE, PEDALLED]
     assert len(hands(*by(0, control(64, 0)))) == 0
-    assert told(hands(*by(1, control(64, 0))), at.HAND).keys() == {A}
+    assert last_numbers(hands(*by(1, control(64, 0))), at.HAND).keys() == {A}
 
 
 def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
     hands = two(bass(answering="pedal"))
-    assert told(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100 | at.RING_ON)
-    assert not told(hands(*by(0, control(64, 127), control(64, 0))), at.IDLE)
-    assert told(hands(*by(2, control(64, 0))), at.IDLE) == dict.fromkeys(range(4), 0)
+    assert last_numbers(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100 | at.RING_ON)
+    assert not last_numbers(hands(*by(0, control(64, 127), control(64, 0))), at.IDLE)
+    assert last_numbers(hands(*by(2, control(64, 0))), at.IDLE) == dict.fromkeys(range(4), 0)
 
 
 def test_a_reset_is_of_its_channel_and_leaves_tuning_range_and_volume() -> None:
@@ -125,8 +127,10 @@ def test_a_reset_is_of_its_channel_and_leaves_tuning_range_and_volume() -> None:
     hands(*by(0, off(OPEN[E])), *by(1, off(OPEN[A])))
     events = hands(*by(1, control(121)))
     assert semitones(events) == pytest.approx({A: 1.5, D: 1.5, G: 1.5}), "tuning stays"
-    assert told(events, at.GAIN) == pytest.approx(dict.fromkeys((A, D, G), (64 / 127) ** 2)), "so does the volume"
-    assert told(events, at.WAVER) == {A: 0.0, D: 0.0, G: 0.0} and told(events, at.HAND).keys() == {A}
+    assert last_numbers(events, at.GAIN) == pytest.approx(dict.fromkeys((A, D, G), (64 / 127) ** 2)), (
+        "so does the volume"
+    )
+    assert last_numbers(events, at.WAVER) == {A: 0.0, D: 0.0, G: 0.0} and last_numbers(events, at.HAND).keys() == {A}
     assert hands.strings("state")[:2] == [PEDALLED, FREE]
     assert semitones(hands(*by(1, wheel(8191))))[A] == pytest.approx(5.5), "and the range"
     assert not semitones(hands(*by(1, control(6, 9)))), "no parameter is selected"
@@ -138,7 +142,7 @@ def test_all_off_is_of_its_channel(number: int, kind: int) -> None:
     hands = two()
     assert {A} <= {int(e["string"]) for e in hands(*by(1, control(number))) if e["kind"] == kind} <= {A, D, G}
     assert hands.strings("state")[:2] == [HELD, FREE]
-    assert told(hands(*by(0, off(OPEN[E]))), at.HAND).keys() == {E}
+    assert last_numbers(hands(*by(0, off(OPEN[E]))), at.HAND).keys() == {E}
 
 
 def test_key_switches_and_palm_are_the_whole_basss() -> None:
@@ -146,7 +150,9 @@ def test_key_switches_and_palm_are_the_whole_basss() -> None:
     hands(*by(0, on(OPEN[E])), *by(1, on(OPEN[A]), on(6)))
     assert hands.p["switched"][techniques.VIBRATO] == 1
     assert {int(e["string"]) for e in hands(*by(1, control(9, 80))) if e["kind"] == at.TOUCH_EVENT} == {E, A}
-    assert told(hands(*by(3, control(123))), at.WAVER) == dict.fromkeys(range(4), 0.0), "any channel lets go of keys"
+    assert last_numbers(hands(*by(3, control(123))), at.WAVER) == dict.fromkeys(range(4), 0.0), (
+        "any channel lets go of keys"
+    )
 
 
 # One key on two channels
@@ -158,8 +164,8 @@ def test_a_unison_of_two_channels_sounds_on_two_strings() -> None:
     first, second = (int(hands(*by(c, on(45)))[-1]["string"]) for c in (0, 1))
     assert (first, second) == (G, D) and hands.p["stolen"] == 0
     assert semitones(hands(*by(1, wheel(8191)))).keys() >= {D} and G not in semitones(hands(*by(1, wheel(0))))
-    assert told(hands(*by(0, off(45))), at.HAND).keys() == {G}
-    assert told(hands(*by(1, off(45))), at.HAND).keys() == {D}
+    assert last_numbers(hands(*by(0, off(45))), at.HAND).keys() == {G}
+    assert last_numbers(hands(*by(1, off(45))), at.HAND).keys() == {D}
     again = Hands()
     again(*by(0, on(45), on(45)), *by(1, on(45), on(45)))
     assert again.strings("state") == [FREE, FREE, HELD, HELD], "struck again each stays on its string"
@@ -170,7 +176,7 @@ def test_the_last_string_is_taken_over_and_an_old_end_does_not_cut_it() -> None:
     hands(*by(0, on(45)), *by(1, on(45)))
     assert hands.strings("channel") == [1] and hands.p["stolen"] == 1
     assert len(hands(*by(0, off(45)))) == 0
-    assert told(hands(*by(1, off(45))), at.HAND).keys() == {0}
+    assert last_numbers(hands(*by(1, off(45))), at.HAND).keys() == {0}
 
 
 def test_rather_the_same_note_is_taken_over_than_another() -> None:
@@ -181,14 +187,14 @@ def test_rather_the_same_note_is_taken_over_than_another() -> None:
 
 def test_a_key_that_ends_on_another_channel_ends() -> None:
     hands = two()
-    assert told(hands(*by(5, off(OPEN[E]))), at.HAND).keys() == {E}
+    assert last_numbers(hands(*by(5, off(OPEN[E]))), at.HAND).keys() == {E}
     assert len(hands(*by(0, off(OPEN[E])))) == 0
 
 
 def test_the_first_end_of_a_channel_ends_its_key_however_often_it_was_struck() -> None:
     hands = Hands()
     hands(*by(3, on(33), on(33)))
-    assert told(hands(*by(3, off(33))), at.HAND).keys() == {A} and len(hands(*by(3, off(33)))) == 0
+    assert last_numbers(hands(*by(3, off(33))), at.HAND).keys() == {A} and len(hands(*by(3, off(33)))) == 0
 
 
 def test_a_string_goes_back_to_the_channel_of_the_key_under_the_last() -> None:
@@ -199,7 +205,7 @@ def test_a_string_goes_back_to_the_channel_of_the_key_under_the_last() -> None:
     events = hands(*by(1, off(47)))
     assert semitones(events) == {G: 0.0} and events[-1]["kind"] == at.PULL_OFF
     hands(*by(1, on(47)), *by(0, off(45)))
-    assert told(hands(*by(1, off(47))), at.HAND).keys() == {G}
+    assert last_numbers(hands(*by(1, off(47))), at.HAND).keys() == {G}
 
 
 # A wheel that slides
@@ -254,7 +260,9 @@ def test_while_channels_mean_something_the_others_are_for_the_whole_bass(zone: S
     events = hands(*zone)
     assert semitones(events) == pytest.approx({E: 2, A: 2}), "they have not heard it yet"
     hands((0x91, 38, 90))
-    assert told(hands(*by(8, control(7, 64))), at.GAIN) == pytest.approx(dict.fromkeys(range(4), (64 / 127) ** 2))
+    assert last_numbers(hands(*by(8, control(7, 64))), at.GAIN) == pytest.approx(
+        dict.fromkeys(range(4), (64 / 127) ** 2)
+    )
     assert semitones(hands(*by(9, wheel(0)))).keys() == {E, A, D, G}
 
 
@@ -281,7 +289,7 @@ def test_harmonics_beyond_the_last_fret_sound_on_the_string_of_their_channel(str
     events = hands((0xB0, 126, 6), on(17), (0x90 | (3 - string), key, 90))
     pluck = next(e for e in events if e["kind"] == at.PLUCK)
     assert (pluck["string"], pluck["fret"], hands.p["dropped"]) == (string, 0, 0)
-    assert told(hands((0x80 | (3 - string), key, 0)), at.HAND).keys() == {string}
+    assert last_numbers(hands((0x80 | (3 - string), key, 0)), at.HAND).keys() == {string}
     hands((0x80, 17, 0), (0x90, 74, 90), (0x95, key, 90))
     assert hands.p["dropped"] == 2, "beyond the last fret, and beyond the last string"
     hands(on(17), (0x90, 73, 90))
@@ -292,15 +300,15 @@ def test_a_string_of_its_own_swells_alone() -> None:
     """By controller 11, under the bass's volume and until a reset; a mode that ends leaves the bass's expression."""
     hands = Hands()
     hands(*STRINGS_FROM_1)
-    assert told(hands(*by(2, control(11, 64))), at.GAIN) == pytest.approx({A: (64 / 127) ** 2})
-    both = told(hands(*by(9, control(7, 100))), at.GAIN)
+    assert last_numbers(hands(*by(2, control(11, 64))), at.GAIN) == pytest.approx({A: (64 / 127) ** 2})
+    both = last_numbers(hands(*by(9, control(7, 100))), at.GAIN)
     assert both == pytest.approx({i: (100 / 127 * (64 / 127 if i == A else 1)) ** 2 for i in range(4)})
     new = new_performer(bass_numbers(bass("slap"), [], 20))
     follow_performer([], new, hands.record)
     assert new["controls"]["string_expression"].tobytes() == hands.record["controls"]["string_expression"].tobytes()
     for end in (by(2, control(121)), [control(127, 0)]):
         hands(*by(2, control(11, 0)))
-        assert told(hands(*end), at.GAIN)[A] == pytest.approx((100 / 127) ** 2)
+        assert last_numbers(hands(*end), at.GAIN)[A] == pytest.approx((100 / 127) ** 2)
         hands(*STRINGS_FROM_1)
 
 
@@ -334,11 +342,11 @@ def test_strings_are_always_as_the_channel_that_they_follow(
     """The last bend, gain and vibrato sent to each string are its channel's, whatever came before."""
     hands = Hands(bass(wheel=wheel_does))
     last: dict[int, dict[int, float]] = {at.BEND: {}, at.GAIN: {}, at.WAVER: {}}
-    usual = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}
+    default = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}
     for channel, message in sequence:
         events = hands(*by(channel, message))
         for kind, values in last.items():
-            values |= told(events, kind)
+            values |= last_numbers(events, kind)
     for i, channel in enumerate(hands.strings("channel")):
         of = hands.p["controls"]["channel"][channel if channel >= 0 else performer.ANY]
         bend = 0.0 if wheel_does == "slide" else of["wheel"] * of["range"]
@@ -349,4 +357,4 @@ def test_strings_are_always_as_the_channel_that_they_follow(
             at.WAVER: 0.4 * of["vibrato"],
         }
         for kind, value in wanted.items():
-            assert last[kind].get(i, usual[kind]) == pytest.approx(value), (i, kind)
+            assert last[kind].get(i, default[kind]) == pytest.approx(value), (i, kind)

@@ -164,7 +164,7 @@ def test_a_pick_that_goes_up_is_hardly_softer(name: str) -> None:
     assert UP_STROKE[0] <= float(np.median(less)) <= UP_STROKE[1], less
 
 
-def hammered(name: str, i: int, first: int, second: int, after: float, velocity: int = 80) -> float:
+def hammer(name: str, i: int, first: int, second: int, after: float, velocity: int = 80) -> float:
     """Level of a hammer-on between two frets, `after` s after the pluck."""
     player = engine(name).another()
     play(player, (0x90, KEYS["fingers"] or 0, 100), (0xB0, 68, 127), (0x90, on_string(player, i, first), velocity))
@@ -180,7 +180,7 @@ def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) ->
     under = []
     for k, (i, (first, second)) in enumerate(itertools.product(strings, ((0, 2), (5, 7), (3, 4)))):
         pluck = level(name, i, second, "fingers", 80)
-        found = [hammered(name, i, first, second, 0.3 + 1.7e-3 * moment) for moment in range(k % 3, 9, 3)]
+        found = [hammer(name, i, first, second, 0.3 + 1.7e-3 * moment) for moment in range(k % 3, 9, 3)]
         assert np.ptp(found) <= SAME_HAMMER, (name, i, first, second, found)
         under.append(pluck - float(np.median(found)))
     taps = [level(name, i, f, "fingers", 80) - level(name, i, f, "tap", 80) for i in strings for f in (2, 7, 12, 17)]

@@ -34,7 +34,7 @@ def bass_of(preset: str = "jazz-finger", player: dict[str, Any] | None = None, *
     return Builder(preset).instrument(data)
 
 
-def played(bass: Instrument, velocity: int, frames: int = 0) -> tuple[Floats, int]:
+def play(bass: Instrument, velocity: int, frames: int = 0) -> tuple[Floats, int]:
     """The apexes (m) of a note on each string, and the number of contacts of the lowest."""
     engine = Engine(bass, QUALITIES["live"], 48000)
     keys = [string.open_note for string in bass.strings]
@@ -47,13 +47,13 @@ def test_a_lower_action_buzzes_more_where_the_hand_stays() -> None:
     """E1 at velocity 110: the pull is the same on every neck, so a lower neck makes more contacts."""
     kept = {"graze_action": ACTION}
     necks = [f"{mm} mm" for mm in (3.0, 2.4, 1.5, 1.0)]
-    hands = [played(bass_of(player=kept, action=action), 110, 24000) for action in necks]
+    hands = [play(bass_of(player=kept, action=action), 110, 24000) for action in necks]
     contacts = [count for _, count in hands]
     assert contacts == sorted(set(contacts)) and contacts[-1] >= 2 * contacts[1]
     assert all(np.array_equal(apexes, hands[0][0]) for apexes, _ in hands)
-    softer = [played(bass_of(action=action), 60)[0] for action in necks[1:]]
+    softer = [play(bass_of(action=action), 60)[0] for action in necks[1:]]
     assert (softer[0] > softer[1]).all() and (softer[1] > softer[2]).all(), "without it the hand follows"
-    assert played(bass_of(action="1 mm"), 110, 24000)[1] < contacts[-1]
+    assert play(bass_of(action="1 mm"), 110, 24000)[1] < contacts[-1]
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "paper-bass", "slap-impulse"])
@@ -64,8 +64,8 @@ def test_the_necks_own_action_changes_nothing(preset: str) -> None:
         action = {"unit": "m", "values": [-neck.fret_heights[11] for neck in bass_of(preset).necks]}
     for velocity in (20, 90, 127):
         own, other = (
-            played(bass_of(preset), velocity)[0],
-            played(bass_of(preset, {"graze_action": action}), velocity)[0],
+            play(bass_of(preset), velocity)[0],
+            play(bass_of(preset, {"graze_action": action}), velocity)[0],
         )
         assert np.allclose(own, other, rtol=1e-12, atol=0) and (preset == "paper-bass" or np.array_equal(own, other))
 
@@ -82,7 +82,7 @@ def test_the_necks_own_action_changes_nothing(preset: str) -> None:
 @pytest.mark.parametrize("capo", [0, 3])
 def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: dict[str, Any], capo: int) -> None:
     def notes(bass: Instrument) -> Floats:
-        return np.array([played(bass, velocity)[0] for velocity in (1, 60, 127)])
+        return np.array([play(bass, velocity)[0] for velocity in (1, 60, 127)])
 
     def tables(player: dict[str, Any], **neck: Any) -> Instrument:
         data = copy.deepcopy(preset_tables("jazz-finger")[1]) | {"capo": capo}
@@ -90,9 +90,9 @@ def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: 
         data["neck"] |= neck
         return Builder("f").instrument(data)
 
-    usual, moved, kept = notes(tables({})), notes(tables({}, **neck)), notes(tables(player, **neck))
-    assert np.allclose(kept, usual, rtol=1e-12, atol=0)
-    assert not np.allclose(moved, usual, rtol=1e-3, atol=0) or "lift" in neck
+    default, moved, kept = notes(tables({})), notes(tables({}, **neck)), notes(tables(player, **neck))
+    assert np.allclose(kept, default, rtol=1e-12, atol=0)
+    assert not np.allclose(moved, default, rtol=1e-3, atol=0) or "lift" in neck
 
 
 def test_files_have_the_hand() -> None:

@@ -19,7 +19,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
 from livebass.kernels.player import fingering, strokes
 from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, POP
-from livebass.kernels.player.performer import MOST_EVENTS
+from livebass.kernels.player.performer import MAX_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
 from livebass.model.keymap import MAPS, MODO, MODO_12, KeyMap, velocity_parts
@@ -55,11 +55,11 @@ class Hands:
         self.p = self.record[0]
 
     def __call__(self, *messages: Message) -> NDArray[np.void]:
-        events, count = np.zeros(MOST_EVENTS * len(messages), records.EVENT), 0
+        events, count = np.zeros(MAX_EVENTS * len(messages), records.EVENT), 0
         for message in messages:
             before = count
             count = take_message(self.record, self.engine.pool.records, 0, message, events, count)
-            assert count - before <= MOST_EVENTS
+            assert count - before <= MAX_EVENTS
         return events[:count]
 
 

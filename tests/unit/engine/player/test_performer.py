@@ -241,7 +241,7 @@ def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_velocity_to_apex(preset: str) -> None:
     instrument = bass(preset)
-    most = instrument.player.greatest_apex
+    maximum = instrument.player.greatest_apex
     for string in range(4):
         hands = Hands(instrument, string)
         for fret in range(FRETS):
@@ -255,15 +255,15 @@ def test_velocity_to_apex(preset: str) -> None:
                 continue
             less = instrument.player.strike_force if events[0]["kind"] == at.STRIKE_EVENT else 1.0
             apex = [float(e["apex"]) / less for e in events]
-            assert all(a < b < most for a, b in pairwise(apex)), (string, fret)
-            assert apex[0] > 0 and apex[126] <= most
+            assert all(a < b < maximum for a, b in pairwise(apex)), (string, fret)
+            assert apex[0] > 0 and apex[126] <= maximum
             if events[0]["kind"] == at.STRIKE_EVENT:
                 continue  # a thumb's impulse acts as the string decides
             if hands.p["stroke"] == FINGER:
                 player, e = instrument.player, events[63]
                 force = player.softest * (player.hardest / player.softest) ** (63 / 126)
                 wanted = force * even_apex(instrument, string, fret, float(e["place"]))
-                assert apex[63] == pytest.approx(wanted / (1 + (wanted / most) ** 4) ** 0.25, rel=1e-6)
+                assert apex[63] == pytest.approx(wanted / (1 + (wanted / maximum) ** 4) ** 0.25, rel=1e-6)
 
 
 def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> float:
@@ -351,7 +351,7 @@ def test_every_place_is_on_the_string(preset: str, value: int) -> None:
         hands(control(16, value))
         for fret in range(FRETS + 1):
             (event,) = hands(on(OPEN[string] + fret))
-            assert 0.99 * strokes.LEAST_STRIKE < event["place"] / hands.ops[0, fret]["length"] < 0.991
+            assert 0.99 * strokes.MIN_STRIKE < event["place"] / hands.ops[0, fret]["length"] < 0.991
 
 
 # Ends of notes
@@ -482,8 +482,8 @@ def test_pitch_bend() -> None:
     assert ratios(hands(wheel(8191))) == pytest.approx(2 ** (2 / 12), rel=1e-15)
     assert ratios(hands(wheel(-8192))) == pytest.approx(2 ** (-2 / 12), rel=1e-15)
     assert ratios(hands(wheel(-4096))) == pytest.approx(2 ** (-1 / 12), rel=1e-15)
-    told = [ratios(hands(wheel(w))) for w in range(-8192, 8192, 500)]
-    assert told == sorted(set(told))
+    reported = [ratios(hands(wheel(w))) for w in range(-8192, 8192, 500)]
+    assert reported == sorted(set(reported))
 
 
 def test_bend_range() -> None:
@@ -623,7 +623,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
     assert all(s != PEDALLED or p["controls"]["channel"][c]["pedal"] for s, c in zip(states, followed, strict=True))
     assert 1 <= p["hands"]["place"] <= FRETS and 0.0 < p["position"] < 1.0
     for channel in p["controls"]["channel"]:
-        assert 0.0 <= channel["range"] <= performer.MOST_RANGE + 0.99 and -1.0 <= channel["wheel"] <= 1.0
+        assert 0.0 <= channel["range"] <= performer.MAX_RANGE + 0.99 and -1.0 <= channel["wheel"] <= 1.0
         assert 0.0 <= channel["volume"] <= 1.0 and 0.0 <= channel["expression"] <= 1.0
         assert 0 <= channel["rpn"] <= NO_RPN
     for e in events:

@@ -41,13 +41,13 @@ def on(key: int, velocity: int = QUIET) -> Message:
 
 
 @cache
-def built(preset: str) -> Engine:
+def build(preset: str) -> Engine:
     return Engine(even(load_preset(preset)), QUALITIES["live"], RATE)
 
 
 def engine(preset: str = "jazz-finger") -> Engine:
     """A new engine; its operators, which never change, are computed once."""
-    made = built(preset)
+    made = build(preset)
     return deepcopy(made, {id(made.pool): made.pool, id(made.instrument): made.instrument})
 
 
@@ -396,9 +396,9 @@ def test_soft_slaps_touch_no_fret_and_hard_ones_do(string: int) -> None:
 @pytest.mark.parametrize(("velocity", "strings"), [(60, range(1)), (127, range(3, 5))])
 def test_hard_notes_of_the_shipped_pick_return_to_the_frets(velocity: int, strings: range) -> None:
     """On most open strings, more than 0.2 s after the stroke, as recorded hard notes do."""
-    usual, returning = Engine(even(livebass.load_preset("precision-pick")), QUALITIES["live"], RATE), 0
+    default, returning = Engine(even(livebass.load_preset("precision-pick")), QUALITIES["live"], RATE), 0
     for i, key in enumerate(OPEN):
-        bass = usual.another()
+        bass = default.another()
         bass.send(np.zeros(1, np.int64), np.array([on(key, velocity)], np.uint8))
         counts = []
         for seconds in (0.2, 0.3):

@@ -17,10 +17,10 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD, STROKE
 from livebass.kernels.player.controls import follow_performer
-from livebass.kernels.player.performer import CONTROLS, MOST_EVENTS
+from livebass.kernels.player.performer import CONTROLS, MAX_EVENTS
 from livebass.kernels.string.records import EVENT
 
-MOST_PARAMETERS = 8
+MAX_PARAMETERS = 8
 OWN = {  # the player's number replacing a 0 in a row
     "soft_width": "rounding_soft", "hard_width": "rounding", "soft_release": "release_time_soft",
     "hard_release": "release_time", "place": "pluck_position", "angle": "pluck_angle", "nearer": "nearer_when_hard",
@@ -31,7 +31,7 @@ def test_no_function_of_the_room_has_many_parameters() -> None:
     for source in Path(livebass.kernels.player.__path__[0]).glob("*.py"):
         for node in ast.walk(ast.parse(source.read_text())):
             if isinstance(node, ast.FunctionDef):
-                assert len(node.args.args) <= MOST_PARAMETERS, (source.name, node.name)
+                assert len(node.args.args) <= MAX_PARAMETERS, (source.name, node.name)
 
 
 @pytest.mark.parametrize("preset", preset_names())
@@ -60,7 +60,7 @@ def test_a_stroke_is_its_row(stroke: int, unevenness: float) -> None:
     def played(number: int, row: int) -> NDArray[np.void]:
         p = new_performer(engine.numbers, 3)
         p["stroke"], p["strokes"][0, number] = number, p["strokes"][0, row]
-        events, count = np.zeros(8 * MOST_EVENTS, EVENT), 0
+        events, count = np.zeros(8 * MAX_EVENTS, EVENT), 0
         for k, string in enumerate((3, 2, 1, 1, 0, 2)):
             note = (0x90, bass.strings[string].open_note + 3 * k, 30 + 15 * k)
             count = take_message(p, engine.pool.records, 1000 * k, note, events, count)
@@ -83,7 +83,7 @@ def test_controls_outlive_a_change_of_bass_whole() -> None:
 @pytest.mark.parametrize("key", [9, 14, 16])  # of the strings A, D and E
 def test_a_string_whose_key_is_held_is_played_after_a_change_of_bass(key: int) -> None:
     old, new = (Engine(load_preset(name), QUALITIES["live"], 48_000) for name in ("jazz-finger", "slap"))
-    note, events = 45, np.zeros(2 * MOST_EVENTS, EVENT)  # available on E, A, D and G
+    note, events = 45, np.zeros(2 * MAX_EVENTS, EVENT)  # available on E, A, D and G
     wanted = [string.called for string in load_preset("slap").strings].index(key % 12)
 
     def string_of_note() -> int:
@@ -92,8 +92,8 @@ def test_a_string_whose_key_is_held_is_played_after_a_change_of_bass(key: int) -
         assert take_message(p, new.pool.records, 0, (0x90, note, 60), events, 0) >= 1
         return int(events["string"][0])
 
-    usual = string_of_note()
+    default = string_of_note()
     take_message(old.performer, old.pool.records, 0, (0x90, key, 100), events, 0)
-    assert string_of_note() == wanted != usual
+    assert string_of_note() == wanted != default
     take_message(old.performer, old.pool.records, 0, (0x80, key, 0), events, 0)
-    assert string_of_note() == usual
+    assert string_of_note() == default

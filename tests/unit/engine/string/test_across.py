@@ -96,12 +96,12 @@ def test_a_measured_neck_is_one_of_resonances_that_are_higher() -> None:
     table = Admittance(
         (), tuple((f, y.real, y.imag) for f, y in zip(nu.tolist(), bending.at(nu).tolist(), strict=True))
     )
-    asked = np.linspace(30, 1500, 500)
+    requested = np.linspace(30, 1500, 500)
     for fret in (0, 4):
         if fret:  # a table has no shapes: it counts by the first one
             bending = Admittance(tuple(dataclasses.replace(r, shape=1) for r in bending.resonances))
         ours, theirs = (
-            speaking(g_string(), neck_with(y, stiffness_across=2.0), fret).admittance_across.at(asked)
+            speaking(g_string(), neck_with(y, stiffness_across=2.0), fret).admittance_across.at(requested)
             for y in (table, bending)
         )
         assert np.abs(ours - theirs).max() < 0.02 * np.abs(theirs).max()
@@ -203,7 +203,7 @@ def cents(a: Floats, b: Floats) -> Floats:
     return np.asarray(1200 * np.log2(a / b))
 
 
-def plucked(preset: str, i: int, fret: int) -> Played:
+def pluck(preset: str, i: int, fret: int) -> Played:
     """A string plucked softly at 45 degrees, unbent by tension."""
     string = Played(preset, i)
     string.record["stretch"] = 0.0
@@ -288,7 +288,7 @@ def in_vibrato(string: Played) -> int:
 @pytest.mark.parametrize("name", GESTURES)
 def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
     """In cents of partials 1 to 5, v lies from u as in the model at the technique's last fret."""
-    string = plucked(preset, 2, 2)
+    string = pluck(preset, 2, 2)
     wait(string, 0.05)
     fret = GESTURES[name](string)
     wanted = own_cents(preset, 2, fret)
@@ -300,7 +300,7 @@ def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
 def test_v_stays_in_tune_on_the_way_of_a_glide() -> None:
     """Between two frets it moves from the first one's cents to the second's, without a step."""
     preset = "fretless" + YIELDS
-    string, between, last = plucked(preset, 2, 2), 0, own_cents(preset, 2, 2)
+    string, between, last = pluck(preset, 2, 2), 0, own_cents(preset, 2, 2)
     wait(string, 0.05)
     of = np.array([own_cents(preset, 2, fret) for fret in range(2, 10)])
     string.play(event(GLIDE, 9, seconds=30e-3))
@@ -327,7 +327,7 @@ def energy_across(string: Played) -> float:
 @pytest.mark.parametrize("places", [(0.2,), (0.05, 0.06, 0.061, 0.3)])
 def test_fingers_only_take_from_v(places: tuple[float, ...], resistance: float) -> None:
     """Though they are fitted to the modes of u."""
-    string, most = plucked("jazz-finger" + YIELDS, 1, 0), np.inf
+    string, maximum = pluck("jazz-finger" + YIELDS, 1, 0), np.inf
     wait(string, 0.01)
     before = energy_across(string)
     touches = [event(TOUCH_EVENT, finger=k, place=x, resistance=resistance, width=4e-3) for k, x in enumerate(places)]
@@ -335,16 +335,16 @@ def test_fingers_only_take_from_v(places: tuple[float, ...], resistance: float) 
     for _ in range(3000):
         string.play(NONE)
         now = energy_across(string)
-        assert now <= (1 + 1e-12) * most
-        most = min(most, now)
-    assert most < before
+        assert now <= (1 + 1e-12) * maximum
+        maximum = min(maximum, now)
+    assert maximum < before
     assert slot_of(string)["v_active"] > 0
 
 
 # Sensed by displacement, one sensor of u and one of v
 
 
-def sensed(level: float, raw: bool, before: int = 1000, after: int = 1000) -> tuple[Floats, Floats, Played]:
+def sense(level: float, raw: bool, before: int = 1000, after: int = 1000) -> tuple[Floats, Floats, Played]:
     """Output, and v if `raw`, (before + after,) each, of a string of the paper's bass: a pluck, then a hammer-on."""
     string = Played("paper-bass", 1)
     string.record["across"][0], string.record["raw"] = level, raw
@@ -359,8 +359,8 @@ def sensed(level: float, raw: bool, before: int = 1000, after: int = 1000) -> tu
 
 @pytest.mark.parametrize("level", [0.0, 0.6, -2.0])
 def test_output_of_sensors_is_u_and_v_at_its_level(level: float) -> None:
-    u, v, _ = sensed(level, raw=True)
-    heard, _, string = sensed(level, raw=False)
+    u, v, _ = sense(level, raw=True)
+    heard, _, string = sense(level, raw=False)
     assert np.abs(v[:1000]).max() > np.abs(u[:1000]).max() > 1e-7
     r = string.record
     signal = lfilter([1.0, -1.0], [1.0, -float(r["block"])], lfilter(r["b"], r["a"], u + level * v))
@@ -369,7 +369,7 @@ def test_output_of_sensors_is_u_and_v_at_its_level(level: float) -> None:
 
 def test_the_sensor_of_u_does_not_jump_when_a_finger_comes_down() -> None:
     """It senses the string from its line of rest, which changes at that moment."""
-    u, _, string = sensed(0.0, raw=True, after=10)
+    u, _, string = sense(0.0, raw=True, after=10)
     line = float(string.record["saddle"][0] / string.ops[5]["length"] * slot_of(string)["offset"])
     assert abs(line) > 5e-6
     assert np.abs(np.diff(u[-20:])).max() < 0.02 * abs(line)

@@ -18,9 +18,9 @@ from livebass import QUALITIES, Instrument
 from livebass.engine.engine import Engine
 from livebass.engine.image import image_of
 from livebass.engine.prepare import Voice, modal_row, play_frames
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.kernels.string.answers import EVERY
-from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
+from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
 from livebass.model import answers
 from livebass.plugin.instrument import image_file, tiers
 from livebass.rows.arrays import Floats
@@ -56,12 +56,12 @@ def free(bass: Instrument) -> Instrument:
 
 
 @functools.cache
-def prepared(when: str = "always", linear: bool = False, preset: str = "jazz-finger") -> Engine:
+def prepare(when: str = "always", linear: bool = False, preset: str = "jazz-finger") -> Engine:
     bass = answering(when, preset)
     return Engine(free(bass) if linear else bass, QUALITIES["live"], RATE)
 
 
-def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
+def last_numbers(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
     """The events that let the strings in the bits of `idle` answer, and pluck `voice`."""
     events = np.zeros(2, EVENT)
     events["kind"], events["value"] = (IDLE, PLUCK), (idle, 0)
@@ -70,8 +70,8 @@ def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.nd
 
 
 def amplitudes(voice: Voice) -> Floats:
-    """Amplitudes (m^1.5) of the answers, (MOST_ANSWERS,)."""
-    a, n, found = voice.string["answers"][0], voice.record["answering"][0], np.zeros(MOST_ANSWERS)
+    """Amplitudes (m^1.5) of the answers, (MAX_ANSWERS,)."""
+    a, n, found = voice.string["answers"][0], voice.record["answering"][0], np.zeros(MAX_ANSWERS)
     found[a["mode"][:n]] = np.hypot(a["q"][:n], a["y"][:n])
     return found
 
@@ -105,10 +105,10 @@ def test_answers_are_those_of_brute_force(
 
     Above 700 Hz few are that strong, and they beat: within 8 dB, where a beat is at its least.
     """
-    engine = prepared(linear=True).another()
+    engine = prepare(linear=True).another()
     voice, ops = engine.voices[sounding], engine.pool.records[sounding]
     length = float(ops[fret]["length"])
-    events = told(voice, 1 << idle, fret, 1e-3, length - 0.15)
+    events = last_numbers(voice, 1 << idle, fret, 1e-3, length - 0.15)
     begin = int(voice.record["pull"][0]) + 2
     play_frames(voice, ops, events, np.zeros(begin))
     q, v = state(voice)
@@ -116,7 +116,7 @@ def test_answers_are_those_of_brute_force(
     first = np.hypot(q[i - 1], v[i - 1] / voice.slots[voice.record["slot"][0]]["u"]["omega"][i - 1])
     brute, sound = Coupled(engine.instrument, sounding, fret, idle), np.zeros(RATE // 2)
     a = voice.string["answers"][0]
-    own = (a["string"] == idle) & (np.arange(MOST_ANSWERS) < a["count"])
+    own = (a["string"] == idle) & (np.arange(MAX_ANSWERS) < a["count"])
     for half in range(1, 5):
         play_frames(voice, ops, events[:0], sound)
         found = amplitudes(voice)[own]
@@ -163,7 +163,7 @@ def test_the_energy_of_all_never_grows(lossless: bool) -> None:
     for sounding, fret in ((A, 7), (G, 9)) if lossless else ((D, 2), (E, 0)):
         voice, ops = engine.voices[sounding], engine.pool.records[sounding]
         length = float(ops[fret]["length"])
-        play_frames(voice, ops, told(voice, 15, fret, 2e-3, 0.8 * length), np.zeros(2000))
+        play_frames(voice, ops, last_numbers(voice, 15, fret, 2e-3, 0.8 * length), np.zeros(2000))
         before, nothing, turn = energy(engine, sounding), np.zeros(0, EVENT), np.zeros(EVERY)
         for k in range(800):
             play_frames(voice, ops, nothing, turn)
@@ -179,7 +179,9 @@ def test_losses_limit_what_a_mode_gives_to_several() -> None:
     for i, voice in enumerate(engine.voices):
         for fret in (0, 2, 5, 7, 12):
             ops = engine.pool.records[i]
-            play_frames(voice, ops, told(voice, 31, fret, 1e-3, 0.8 * float(ops[fret]["length"])), np.zeros(3000))
+            play_frames(
+                voice, ops, last_numbers(voice, 31, fret, 1e-3, 0.8 * float(ops[fret]["length"])), np.zeros(3000)
+            )
             a, u = voice.string["answers"][0], voice.slots[voice.record["slot"][0]]["u"]
             pairs = int(a["pairs"])
             modes, others = a["pair_mode"][:pairs], a["pair_answer"][:pairs]
@@ -208,7 +210,7 @@ def loudest(engine: Engine, i: int, idle: int) -> float:
 def test_without_the_pedal_nothing_answers_and_no_bit_changes() -> None:
     sounds = []
     for when in ("off", "pedal"):
-        engine = prepared(when).another()
+        engine = prepare(when).another()
         send(engine, (0x90, 40, 90), (0x90, 45, 70))
         sounds.append(play(engine, 0.4))
         send(engine, (0x80, 40, 64), (0xE0, 0, 70))
@@ -231,7 +233,7 @@ def test_resting_hands_damp_answers_partly() -> None:
 def test_hands_that_move_to_another_fret_mute_the_answers_unless_these_ring_on(
     when: str, pedal: bool, muted: bool
 ) -> None:
-    engine = prepared(when).another()
+    engine = prepare(when).another()
     if pedal:
         send(engine, PEDAL_DOWN)
     send(engine, (0x90, 9, 100), (0x90, 40, 100))
@@ -247,7 +249,7 @@ def test_hands_that_move_to_another_fret_mute_the_answers_unless_these_ring_on(
 
 def test_idle_strings_answer_while_the_pedal_is_down() -> None:
     """E, open, answers the A string at fret 7; after the pedal, hands damp it by 40 dB in 0.4 s."""
-    engine = prepared("pedal").another()
+    engine = prepare("pedal").another()
     send(engine, PEDAL_DOWN, (0x90, 9, 100), (0x90, 40, 100))
     play(engine, 1.0)
     answered = loudest(engine, A, E)
@@ -261,7 +263,7 @@ def test_idle_strings_answer_while_the_pedal_is_down() -> None:
 
 
 def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
-    engine = prepared("always").another()
+    engine = prepare("always").another()
     send(engine, (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 64))
     play(engine, 0.5)
     before = loudest(engine, A, E)
@@ -275,7 +277,7 @@ def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
 
 def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> None:
     """No answer jumps when the string changes fret; after the note E rings on, and everything ends in silence."""
-    engine = prepared("always").another()
+    engine = prepare("always").another()
     send(engine, (0x90, 9, 100), (0x90, 12, 100), (0x90, 40, 100))
     play(engine, 0.5)
     before, pairs = amplitudes(engine.voices[A]).copy(), engine.voices[A].string["answers"][0]["pair_mode"].copy()
@@ -295,7 +297,7 @@ def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> N
 
 def test_answers_keep_no_string_awake() -> None:
     """Half a second after all notes have ended only answers are computed, at almost no cost."""
-    engine = prepared("always").another()
+    engine = prepare("always").another()
     keys = (28, 33, 38, 43)
     send(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
     play(engine, 0.5)
@@ -313,7 +315,7 @@ def test_the_answer_is_heard() -> None:
     """After the A string is stopped, E2 rings on through the open E alone; without answers there is silence."""
     levels = []
     for when in ("off", "always"):
-        engine = prepared(when).another()
+        engine = prepare(when).another()
         send(engine, (0x90, 9, 100), (0x90, 40, 110))
         play(engine, 1.0)
         send(engine, (0x80, 40, 64))
@@ -339,7 +341,7 @@ SCORE = [
 def test_splitting_a_block_changes_nothing(when: str, sizes: list[int]) -> None:
     sounds = []
     for parts in ([48000], sizes):
-        engine, blocks, sent, k = prepared(when).another(), [], 0, 0
+        engine, blocks, sent, k = prepare(when).another(), [], 0, 0
         while engine.frame < 48000:
             n = min(parts[k % len(parts)], 48000 - engine.frame)
             until = next((m for m in range(sent, len(SCORE)) if SCORE[m][0] >= engine.frame + n), len(SCORE))
@@ -379,15 +381,15 @@ def test_wild_messages_leave_sound_that_is_finite_and_ends() -> None:
 
 
 def test_modes_that_may_answer_fit_on_any_bass() -> None:
-    assert answers.MOST_ANSWERS == MOST_ANSWERS
+    assert answers.MAX_ANSWERS == MAX_ANSWERS
     bass = answering("always", "five-string")
     many = replace(
         bass,
-        strings=tuple(replace(bass.strings[0], name=f"{k}") for k in range(MOST_STRINGS)),
-        necks=bass.necks[:1] * MOST_STRINGS,
+        strings=tuple(replace(bass.strings[0], name=f"{k}") for k in range(MAX_STRINGS)),
+        necks=bass.necks[:1] * MAX_STRINGS,
     )
     counts = answers.answering_modes(many)
-    assert len(counts) == MOST_STRINGS and min(counts) > 10 and sum(counts[1:]) <= MOST_ANSWERS
+    assert len(counts) == MAX_STRINGS and min(counts) > 10 and sum(counts[1:]) <= MAX_ANSWERS
     assert answers.answering_modes(answering("off")) == (0, 0, 0, 0)
 
 

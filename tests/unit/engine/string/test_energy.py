@@ -22,7 +22,7 @@ from livebass.kernels.string.records import (
     GLIDE,
     HAMMER,
     HAND,
-    MOST_NEAR,
+    MAX_NEAR,
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
@@ -65,7 +65,7 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
         case "pop":
             apex = rng.uniform(3, 8) * mm * length / float(whole["length"])
             return event(PLUCK, fret, apex=apex, place=0.7 * length, width=2.5 * mm, seconds=3e-5, angle=0.2)
-        case "slap" if int(whole["points"]) <= MOST_NEAR and rng.random() < 0.6:
+        case "slap" if int(whole["points"]) <= MAX_NEAR and rng.random() < 0.6:
             masses = {
                 "mass": rng.uniform(0.01, 0.06), "width": rng.uniform(3, 15) * mm, "stiffness": 10 ** rng.uniform(5, 6),
             }  # fmt: skip
@@ -122,8 +122,8 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
     """
     string, rng = Played(preset, i), np.random.default_rng(seed)
     ripple = RIPPLE if float(string.record["stretch"]) else ROUNDING
-    none, least, due, free, works_seen = np.zeros(0, EVENT), np.inf, 10, 0, 0
-    most = np.inf  # J after the work in progress
+    none, minimum, due, free, works_seen = np.zeros(0, EVENT), np.inf, 10, 0, 0
+    maximum = np.inf  # J after the work in progress
     for frame in range(round(seconds * RATE)):
         now, name = none, ""
         if frame == due:
@@ -133,22 +133,22 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
         string.play(now)
         after = string.hands()
         if before[0] or after[0] or before[1:] != after[1:] or name in PLUCKS or name in LEFT_HAND:
-            if name in PLUCKS and np.isfinite(least):
-                most = SLACK * (np.sqrt(least) + np.sqrt(own_energy(preset, i, now, after[1]))) ** 2
-            elif name in LEFT_HAND and np.isfinite(least):
-                most = SLACK * (np.sqrt(least) + np.sqrt(LEFT_HAND_J)) ** 2
+            if name in PLUCKS and np.isfinite(minimum):
+                maximum = SLACK * (np.sqrt(minimum) + np.sqrt(own_energy(preset, i, now, after[1]))) ** 2
+            elif name in LEFT_HAND and np.isfinite(minimum):
+                maximum = SLACK * (np.sqrt(minimum) + np.sqrt(LEFT_HAND_J)) ** 2
             elif before[1] != after[1] or name:
-                most = np.inf  # a bending arm works too, or two hands work together
-            least = np.inf
+                maximum = np.inf  # a bending arm works too, or two hands work together
+            minimum = np.inf
         elif not string.voice.pressed():
             energy = string.energy()
-            assert energy <= most, (frame, energy, most)
-            works_seen += bool(np.isfinite(most))
-            most = np.inf
-            if np.isfinite(least):
+            assert energy <= maximum, (frame, energy, maximum)
+            works_seen += bool(np.isfinite(maximum))
+            maximum = np.inf
+            if np.isfinite(minimum):
                 free += 1
-                assert energy <= (1 + ripple) * least + IDLE * ROUNDING, (frame, name, energy / least - 1)
-            least = min(least, energy)
+                assert energy <= (1 + ripple) * minimum + IDLE * ROUNDING, (frame, name, energy / minimum - 1)
+            minimum = min(minimum, energy)
     assert int(string.record["weakened"]) == 0
     return free, works_seen
 
@@ -185,17 +185,17 @@ def test_fingers_leave_out_what_has_died_and_still_take_energy(preset: str, i: i
     slot, fewer, began, before = string.voice.slots[int(string.record["slot"])], 0, string.energy(), np.inf
     while slot["on"]:
         assert string.frame < RATE
-        least, alive = before, max(int(slot["active"]), int(slot["v_active"]))
+        minimum, alive = before, max(int(slot["active"]), int(slot["v_active"]))
         string.play(none)
         before = string.energy()
-        assert before <= (1 + ROUNDING) * least
+        assert before <= (1 + ROUNDING) * minimum
         fingers = string.record["touches"]
         if alive < slot["touch_modes"].min() and np.all(fingers["resistance"] == fingers["wanted"]):
             fewer += 1
             one, two, three = np.moveaxis(slot["touch_shape"][..., :alive], 1, 0)
             products = np.stack([(one * two).sum(axis=1), (one * three).sum(axis=1), (two * three).sum(axis=1)], axis=1)
             assert np.allclose(slot["touch_product"], products, rtol=1e-9, atol=1e-9 * np.abs(products).max())
-    assert fewer > 1000 and before == 0.0 < least < 1e-11 * began
+    assert fewer > 1000 and before == 0.0 < minimum < 1e-11 * began
 
 
 def held_energy(s: Speaking, apex: float, x: float) -> float:
@@ -241,7 +241,7 @@ def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int,
         assert string.energy() == pytest.approx(wanted, rel=0.03), (string.energy() / wanted - 1, deflection)
 
 
-def most_of_leap(w: np.void, op: np.void, leap: int) -> float:
+def max_of_leap(w: np.void, op: np.void, leap: int) -> float:
     """The greatest factor of a leap on a float32 mode, by the energy's own norm: P over b^0.5 beside q."""
     modes, split = int(op["modes"]), int(op["split"])
     a, b, g = (w["high"]["leaps"][leap][name][: modes - split].astype(float) for name in "abg")
@@ -281,7 +281,7 @@ def test_no_mode_of_float32_grows_where_nothing_is_lost(preset: str, quality: st
     w, modes = slot["u"], int(op["modes"])
     assert 0 < int(op["split"]) < modes and float(w["sigma"][:modes].max()) < 1e-6
     for leap, name in itertools.product(range(int(op["leaps"])), "uv"):
-        assert most_of_leap(slot[name], op, leap) < 1.0 - LEAP_ROUNDING, (leap, name)
+        assert max_of_leap(slot[name], op, leap) < 1.0 - LEAP_ROUNDING, (leap, name)
     began, before = string.energy(), of_float32(w, op)
     for _ in range(seconds * 100):
         play_frames(string.voice, string.ops, none, np.zeros(RATE // 100))
@@ -293,4 +293,4 @@ def test_no_mode_of_float32_grows_where_nothing_is_lost(preset: str, quality: st
     play_frames(string.voice, string.ops, none, np.zeros(RATE))
     assert string.hands()[1] == 1.03
     for leap, name in itertools.product(range(int(op["leaps"])), "uv"):
-        assert most_of_leap(slot[name], op, leap) < 1.0 - LEAP_ROUNDING, (leap, name)
+        assert max_of_leap(slot[name], op, leap) < 1.0 - LEAP_ROUNDING, (leap, name)

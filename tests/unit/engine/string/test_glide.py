@@ -44,7 +44,7 @@ def row_of_strings(name: str) -> list[Speaking]:
     return [dataclasses.replace(s, fundamental=f, damped_fundamental=f) for s, f in zip(row, f0, strict=True)]
 
 
-def glided(row: list[Speaking], first: int, last: int, seconds: float, partials: int = MODES) -> Floats:
+def glide(row: list[Speaking], first: int, last: int, seconds: float, partials: int = MODES) -> Floats:
     """The engine's u (n,) at SENSOR of a string plucked at `first` that glides to `last` from BEGIN on.
 
     After the pluck it keeps `partials` partials.
@@ -120,7 +120,7 @@ def test_a_glide_is_that_of_a_string_whose_end_moves(name: str, first: int, last
     row = row_of_strings(name)
     _, takes = way(row, first, last)
     seconds = BEGIN + takes + 0.1
-    ours, theirs = (np.diff(w) * RATE for w in (glided(row, first, last, seconds), exact(row, first, last, seconds)))
+    ours, theirs = (np.diff(w) * RATE for w in (glide(row, first, last, seconds), exact(row, first, last, seconds)))
     ends = [0, round(BEGIN * RATE), round((BEGIN + takes) * RATE), len(ours)]
     for begin, end in pairwise(ends):
         a, b = (third_octaves(w[begin:end], RATE) for w in (ours, theirs))
@@ -134,7 +134,7 @@ def test_a_glide_has_no_tones_at_the_rate_of_its_hand_overs(name: str, first: in
     """Three partials below 1 kHz: all else above, and at multiples of 1 kHz beside them, is 60 dB down."""
     row = row_of_strings(name)
     _, takes = way(row, first, last)
-    sound = np.diff(glided(row, first, last, BEGIN + takes, partials=3))[round(BEGIN * RATE) :]
+    sound = np.diff(glide(row, first, last, BEGIN + takes, partials=3))[round(BEGIN * RATE) :]
     levels = 20 * np.log10(np.abs(np.fft.rfft(sound * np.blackman(sound.size))))
     frequency = np.fft.rfftfreq(sound.size, 1 / RATE)
     assert frequency[np.argmax(levels)] < 500

@@ -16,7 +16,7 @@ SHORTER = 2 ** (-3 / 12)  # part of the length
 
 @jit
 def needed(working, n):
-    return handover.needed(working[0], n)
+    return handover.needed_modes(working[0], n)
 
 
 @jit
@@ -25,7 +25,7 @@ def all_sums(working, n, operators):
     handover.all_sums(working[0], working[1], new.q_before, n, new, working[3], new.p_before, operators[0])
 
 
-def counted(q: Floats, p: Floats) -> int:
+def count(q: Floats, p: Floats) -> int:
     """Number of modes handed over, from weighted displacements `q` and velocities `p`, (MODES,) each."""
     working = np.zeros(1, WORK)
     working["q_before"][0, :MODES], working["p_before"][0, :MODES] = q, p
@@ -39,18 +39,18 @@ def spectrum(blocks: int, above: float = 0.0) -> Floats:
 
 @pytest.mark.parametrize("places, speeds", [(5, 1), (1, 5), (3, 3), (8, 2), (2, 8), (0, 4), (4, 0)])
 def test_modes_with_displacement_or_velocity_are_handed_over(places: int, speeds: int) -> None:
-    assert counted(spectrum(places), spectrum(speeds)) == BLOCK * max(places, speeds)
+    assert count(spectrum(places), spectrum(speeds)) == BLOCK * max(places, speeds)
 
 
 def test_modes_that_have_a_part_in_1e14_are_left_out_and_those_that_have_one_in_1e9_are_not() -> None:
     for few, many in ((1e-14, 1e-9), (0.0, 1e-9), (1e-14, 1.0)):
-        assert counted(spectrum(3, few), spectrum(2, few)) == 3 * BLOCK
-        assert counted(spectrum(3, few), spectrum(2, many)) == MODES
-        assert counted(spectrum(3, many), spectrum(2, few)) == MODES
+        assert count(spectrum(3, few), spectrum(2, few)) == 3 * BLOCK
+        assert count(spectrum(3, few), spectrum(2, many)) == MODES
+        assert count(spectrum(3, many), spectrum(2, few)) == MODES
 
 
 def test_a_string_at_rest_hands_nothing_over() -> None:
-    assert counted(np.zeros(MODES), np.zeros(MODES)) == 0
+    assert count(np.zeros(MODES), np.zeros(MODES)) == 0
 
 
 @pytest.mark.parametrize("split, near", [(MODES, 1e-14), (LOW, 1e-6)])

@@ -14,7 +14,7 @@ from support.quiet import without_noise
 from support.strings import case_b, g_neck, g_string, losing, oblique, random_trial, with_own_across
 
 from livebass.engine.solve import solve_trial
-from livebass.kernels.string.records import MOST_NEAR
+from livebass.kernels.string.records import MAX_NEAR
 from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Pluck, speaking
 from livebass.model.quality import QUALITIES, quality_with
@@ -34,7 +34,7 @@ def test_engine_and_brute_force_agree(stiffness: float, loss: float) -> None:
     trial = losing(case_b(duration=0.015), stiffness, loss)
     assert assert_agree(trial, f"K {stiffness:g}, c {loss:g}"), "contact that loses is not chaotic"
     slant = losing(oblique(case_b(duration=0.012), 0.7, 5e-3), stiffness, loss)
-    assert_agree(slant, f"K {stiffness:g}, c {loss:g}, oblique", least=0.5)
+    assert_agree(slant, f"K {stiffness:g}, c {loss:g}, oblique", minimum=0.5)
 
 
 def random_losing_trial(seed: int) -> Trial:
@@ -48,11 +48,11 @@ def random_losing_trial(seed: int) -> Trial:
 def test_random_losses(seed: int) -> None:
     """With friction, and with an own law for v."""
     trial, rng = random_losing_trial(seed), np.random.default_rng(seed)
-    assert_agree(trial, f"seed {seed}", least=0.1)
+    assert_agree(trial, f"seed {seed}", minimum=0.1)
     law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
     s = dataclasses.replace(with_own_across(trial.speaking), **law)
     trial = oblique(dataclasses.replace(trial, speaking=s), rng.uniform(0.2, 1.2), 1.5 * trial.pluck.apex)
-    assert_agree(trial, f"seed {seed}, v of its own", least=0.1, touches=False)
+    assert_agree(trial, f"seed {seed}, v of its own", minimum=0.1, touches=False)
 
 
 @pytest.mark.parametrize(("stiffness", "loss", "left"), quick(LEFT, LEFT[::6]))
@@ -89,7 +89,7 @@ def test_energy_never_rises_in_the_engine(stiffness: float, loss: float, modes: 
 # ---- a property of the fret
 
 
-def plucked(step: float, stiffness: float, loss: float = 50.0) -> Floats:
+def pluck(step: float, stiffness: float, loss: float = 50.0) -> Floats:
     """u (n,) over frets pushing on `step` (m) of string with K and c (s/m), which 15 N s/m must imply."""
     neck = dataclasses.replace(g_neck(stiffness), grid_step=step, contact_loss=15.0 * loss / 50.0)
     assert neck.loss == pytest.approx(loss * 3e8 * 1e-3 / (stiffness * step), rel=1e-12)
@@ -104,11 +104,11 @@ def apart(a: Floats, b: Floats) -> float:
 
 def test_a_fret_loses_alike_on_every_grid() -> None:
     """A fret with a given K dx and loss, whatever string length it pushes on; every grid contains all frets."""
-    usual = plucked(0.5e-3, 6e8)
+    default = pluck(0.5e-3, 6e8)
     for step in (0.25e-3, 1e-3):
-        assert apart(plucked(step, 3e8 * 1e-3 / step), usual) < 3e-4, step
-        assert apart(plucked(step, 6e8), usual) > 0.03, "another fret"
-    assert apart(plucked(0.5e-3, 6e8, loss=25.0), usual) > 0.1
+        assert apart(pluck(step, 3e8 * 1e-3 / step), default) < 3e-4, step
+        assert apart(pluck(step, 6e8), default) > 0.03, "another fret"
+    assert apart(pluck(0.5e-3, 6e8, loss=25.0), default) > 0.1
 
 
 @pytest.mark.parametrize(("stiffness", "exponent"), [(1e13, 1.5), (3e8, 1.5), (1e10, 1.0), (1e10, 2.3)])
@@ -151,7 +151,7 @@ def test_the_loss_says_how_finely_contact_is_computed() -> None:
         assert other.loss == last.loss and other.over_board
         quality = live.for_contact(other.loss, board=True)
         assert (quality.name, quality.modes, quality.contact_rate) == ("live", modes, rate)
-        assert len(speaking(bass.strings[-1], last, 0).contact_fret) > MOST_NEAR
+        assert len(speaking(bass.strings[-1], last, 0).contact_fret) > MAX_NEAR
     for name, rate in (("fretless", 240e3), ("upright", 240e3), ("slap", 336e3), ("muted", 336e3), ("paper-g", 672e3)):
         bass = without_noise(name)
         assert live.for_contact(bass.loss, bass.over_board).contact_rate == rate

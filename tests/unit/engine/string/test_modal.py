@@ -11,7 +11,7 @@ from livebass.rows.arrays import Floats
 HIGHEST = 0.45  # of the contact rate, which carries no mode much faster
 
 
-def tuned(string: Played) -> tuple[Floats, Floats]:
+def tune(string: Played) -> tuple[Floats, Floats]:
     """Turns per fine step of the modes of u, (modes,): before and after a bend of an octave upwards."""
     op = string.ops[0]
     string.play(event(PLUCK, apex=2e-3, place=0.7 * float(op["length"]), width=5e-3, seconds=1e-4))
@@ -25,7 +25,7 @@ def tuned(string: Played) -> tuple[Floats, Floats]:
 
 
 def test_a_bend_tunes_all_modes_but_those_that_the_contact_rate_does_not_carry() -> None:
-    before, after = tuned(Played("paper-bass", 0))
+    before, after = tune(Played("paper-bass", 0))
     assert before.max() < HIGHEST < 0.5 < 2 * before.max(), "the highest modes have no room for an octave"
     assert 0.3 < np.mean(2 * before < HIGHEST) < 0.95
     np.testing.assert_allclose(after, np.minimum(2 * before, HIGHEST), rtol=1e-12)

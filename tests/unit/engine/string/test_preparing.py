@@ -19,9 +19,9 @@ from livebass.engine.prepare import Note, Pool, Rates, coil_filter, operators, p
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.string import operators as rows
 from livebass.kernels.string.preparing import FADE_FROM, FADE_TO, SAMPLED, SENSORS
-from livebass.kernels.string.records import BLOCK, MOST_NEAR
+from livebass.kernels.string.records import BLOCK, MAX_NEAR
 from livebass.model.instrument import Coil, Output, Speaking, for_modes, speaking
-from livebass.model.modes import carried, dampings, dampings_alone, exchange, frequencies, shapes
+from livebass.model.modes import carried_modes, dampings, dampings_alone, exchange, frequencies, shapes
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
@@ -135,7 +135,7 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
     phi = shapes_on_grid(s, s.grid_points - 1)
     assert_mixed(made[:, :count], phi[:, :count], op, 4e-15, "mode shapes")
     assert not made[:, count:].any()
-    if points and points <= MOST_NEAR:
+    if points and points <= MAX_NEAR:
         dx_mu = s.step / s.string.linear_density
         w = dt**2 * dx_mu * made[:, :count] @ made[:, :count].T
         full = 2 * np.pi * frequencies(s, s.grid_points - 1)[count:]
@@ -227,7 +227,7 @@ def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> N
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
         for fret in (0, 1, 7, 20):
             s, op = speaking(string, neck, fret), pool.records[i, fret]
-            count = carried(s, modes_for(tier, s.length, string.length, s.grid_points), rates.contact_rate)
+            count = carried_modes(s, modes_for(tier, s.length, string.length, s.grid_points), rates.contact_rate)
             s = for_modes(s, count)
             assert_operator(pool, op, s, count, rates)
             if bass.output.kind == "displacement":
@@ -345,7 +345,7 @@ def test_what_cannot_be_prepared_is_refused() -> None:
 def random_coil(rng: np.random.Generator) -> Coil:
     """A coil that a preset may have; one in three has its tone pot closed, one in three open."""
     limits = ((0.1, 20), (100, 1e5), (1e-11, 1e-8), (1e4, 1e7), (1e4, 1e7), (1e-10, 1e-6))
-    parts = (math.exp(rng.uniform(math.log(least), math.log(most))) for least, most in limits)
+    parts = (math.exp(rng.uniform(math.log(minimum), math.log(maximum))) for minimum, maximum in limits)
     return Coil(*parts, tone=float(rng.choice([0.0, 1.0, rng.uniform(1e-6, 1)])))
 
 

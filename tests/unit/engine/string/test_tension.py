@@ -10,7 +10,7 @@ from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string.records import EVENT, HAND, PLUCK
 
 LOOK = 64  # frames
-LEAST = 1e-7  # of the tension
+MINIMUM = 1e-7  # of the tension
 
 
 def tension_added(string: Played) -> float:
@@ -50,7 +50,7 @@ def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) ->
             break
         steady.append(bool(slot["steady"]))
         if steady[-1]:
-            assert tension_added(string) < LEAST
+            assert tension_added(string) < MINIMUM
     assert len(steady) == lasts and not any(steady[:rings])
     assert steady[-1] == (quality != "reference")
     string.frame = int(string.record["frame"])

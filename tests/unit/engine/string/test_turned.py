@@ -21,14 +21,14 @@ from livebass.rows.arrays import Floats
 MODES = 60
 
 
-def turned(s: Speaking, degrees: float) -> Speaking:
+def turn(s: Speaking, degrees: float) -> Speaking:
     return dataclasses.replace(with_own_across(s), axes_turned=np.radians(degrees))
 
 
 def turned_trial(degrees: float, angle: float, duration: float, apex: float = 1e-3, **numbers: Any) -> Trial:
     """A pluck of the paper's G string at `angle` (rad), its axes turned."""
     trial = oblique(case_b(duration=duration, **numbers), angle, apex)
-    return dataclasses.replace(trial, speaking=turned(speaking(g_string(), g_neck(3e8), 0), degrees))
+    return dataclasses.replace(trial, speaking=turn(speaking(g_string(), g_neck(3e8), 0), degrees))
 
 
 def coupled_motion(trial: Trial, t: Floats) -> tuple[Floats, Floats]:
@@ -60,7 +60,7 @@ def test_the_motion_is_that_along_the_axes(degrees: float) -> None:
     assert np.abs(motion.displacement_m - u).max() < 2e-3 * np.abs(u).max()
     assert np.abs(motion.across_m - v).max() < 2e-3 * np.abs(v).max()
     if degrees != 90.0:
-        back = dataclasses.replace(trial, speaking=turned(trial.speaking, -degrees))
+        back = dataclasses.replace(trial, speaking=turn(trial.speaking, -degrees))
         assert np.abs(coupled_motion(back, motion.time_s)[0] - u).max() > 0.1 * np.abs(u).max()
 
 

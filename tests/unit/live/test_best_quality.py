@@ -11,8 +11,8 @@ import pytest
 from support.jack import wait_for
 
 from livebass.compiling import library, store
-from livebass.live import carried
-from livebass.live.carried import MOST, best_qualities, kept_share, prepared, worst_share
+from livebass.live import best_quality
+from livebass.live.best_quality import MAXIMUM, best_qualities, kept_share, prepare_bass, worst_share
 from livebass.live.fake import FakeDevice
 from livebass.live.presets import PresetSwitch
 from livebass.live.synth import LiveBass, Synth
@@ -60,16 +60,16 @@ def test_without_a_directory_a_share_is_measured_each_time(monkeypatch: pytest.M
     assert [kept_share(bass(), lambda _: next(found)) for _ in range(2)] == [0.1, 0.2]
 
 
-@pytest.mark.parametrize(("share", "quality"), [(MOST, "studio"), (np.nextafter(MOST, 1), "live")])
+@pytest.mark.parametrize(("share", "quality"), [(MAXIMUM, "studio"), (np.nextafter(MAXIMUM, 1), "live")])
 def test_the_finest_quality_that_is_carried(monkeypatch: pytest.MonkeyPatch, share: float, quality: str) -> None:
-    monkeypatch.setattr(carried, "worst_share", lambda _: share)
-    assert prepared(load_preset("muted"), None, RATE).engine.quality.name == quality
-    for asked in QUALITIES.values():
-        assert prepared(load_preset("muted"), asked, RATE).engine.quality.name == asked.name
+    monkeypatch.setattr(best_quality, "worst_share", lambda _: share)
+    assert prepare_bass(load_preset("muted"), None, RATE).engine.quality.name == quality
+    for requested in QUALITIES.values():
+        assert prepare_bass(load_preset("muted"), requested, RATE).engine.quality.name == requested.name
 
 
 def test_of_several_basses_few_are_measured_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carried, "worst_share", lambda b: 4.0 if b.engine.instrument.name == "Slap" else 0.1)
+    monkeypatch.setattr(best_quality, "worst_share", lambda b: 4.0 if b.engine.instrument.name == "Slap" else 0.1)
     basses = {name: load_preset(name) for name in ("slap", "fretless")}
     assert best_qualities(basses, RATE, enough=0.0) == {"slap": "live", "fretless": "live"}
     assert best_qualities(basses, RATE) == {"slap": "live", "fretless": "studio"}
@@ -78,20 +78,20 @@ def test_of_several_basses_few_are_measured_at_once(monkeypatch: pytest.MonkeyPa
 
 def test_what_is_measured_is_the_work_of_a_bass(monkeypatch: pytest.MonkeyPatch) -> None:
     """The share is taken from the quickest run of the worst block; a bass far too slow is played once."""
-    blocks, asked = 7, []
+    blocks, requested = 7, []
 
     def times(*given: object) -> np.ndarray:
-        asked.append(given[-1])
+        requested.append(given[-1])
         found = np.full((given[-1], blocks), 100_000)  # type: ignore[call-overload]
         found[-1, 3] = 400_000  # ns; a block of 64 frames lasts 1.333 ms
         found[0, 4] = 200_000
         return found
 
-    monkeypatch.setattr(carried, "block_times", times)
-    assert worst_share(bass()) == pytest.approx(0.1e-3 * RATE / 64) and asked == [1, carried.RUNS]
-    monkeypatch.setattr(carried, "block_times", lambda *given: times(*given) * 10)
-    del asked[:]
-    assert worst_share(bass()) == pytest.approx(4e-3 * RATE / 64) and asked == [1]
+    monkeypatch.setattr(best_quality, "block_times", times)
+    assert worst_share(bass()) == pytest.approx(0.1e-3 * RATE / 64) and requested == [1, best_quality.RUNS]
+    monkeypatch.setattr(best_quality, "block_times", lambda *given: times(*given) * 10)
+    del requested[:]
+    assert worst_share(bass()) == pytest.approx(4e-3 * RATE / 64) and requested == [1]
 
 
 def test_a_share_as_measured_here() -> None:
@@ -101,10 +101,10 @@ def test_a_share_as_measured_here() -> None:
 def test_a_change_of_bass_chooses_again(monkeypatch: pytest.MonkeyPatch) -> None:
     shares = {"muted": 0.2, "slap": 3.0}
     by_name = {load_preset(preset).name: share for preset, share in shares.items()}
-    monkeypatch.setattr(carried, "worst_share", lambda b: by_name[b.engine.instrument.name])
+    monkeypatch.setattr(best_quality, "worst_share", lambda b: by_name[b.engine.instrument.name])
     synth = Synth(RATE)
     device = FakeDevice(synth)
-    synth.switch_to(prepared(load_preset("muted"), None, RATE))
+    synth.switch_to(prepare_bass(load_preset("muted"), None, RATE))
     changes = PresetSwitch(synth, "muted", None)
     try:
         assert changes.quality == "studio"

@@ -73,7 +73,7 @@ def shown_deviation(f: Free, u: float, deviation: float) -> str:
     return f"sd {half:.2g}{unit}" + (" between the pickups" if f.section == MIX else "")
 
 
-def changed(own: Tables, base: Tables) -> Tables:
+def changes_from(own: Tables, base: Tables) -> Tables:
     """`own` without the keys that are as in `base`; tables of strings and pickups stay in order."""
     made: Tables = {}
     for section, found in own.items():
@@ -99,11 +99,11 @@ def changed(own: Tables, base: Tables) -> Tables:
 def text_of(fitted: Fitted, place: Path, command: str) -> str:
     """The text of a fitted preset; `command`: what makes it again."""
     problem, best = fitted.problem, fitted.best
-    own = changed(fitted.own, problem.base)
-    told = remarks(problem.free, best.scaled, best.deviations)
-    told |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
-    told |= {("player", key): "measured" for key in ("floor_noise", "release_noise", "hum", "mains")}
-    told |= {("player", "softest"): "by the force of the softest notes"}
+    own = changes_from(fitted.own, problem.base)
+    comments = remarks(problem.free, best.scaled, best.deviations)
+    comments |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
+    comments |= {("player", key): "measured" for key in ("floor_noise", "release_noise", "hum", "mains")}
+    comments |= {("player", "softest"): "by the force of the softest notes"}
     head = [
         f"Made by livebass {__version__}: {command}",
         f"The notes have the digest {fitted.recorded.digest}. All else is as in {problem.label}.",
@@ -115,4 +115,4 @@ def text_of(fitted: Fitted, place: Path, command: str) -> str:
     top = {"name": name, "description": described[:500]}
     if "tuning" in problem.base and problem.base["tuning"] != preset_tables(problem.label)[1].get("tuning"):
         top["tuning"] = problem.base["tuning"]
-    return preset_text(problem.label, place, own, told, head, **top)
+    return preset_text(problem.label, place, own, comments, head, **top)

@@ -5,9 +5,9 @@ the total; the latest entries that fit can be read. A string that runs ahead of 
 (live/thread/ahead.py): its counters go back too, and it rewrites the later entries. So readers keep their own count,
 and skip contacts of fine steps that are not heard yet.
 
-TOLD holds a string's events since it was last still, and its VOICE before the first of them. From there `begin_again`
-and the same events, on the same operators, make the same motion, bit for bit; but not if strings changed operators in
-between, as under overload. [audio thread]
+REPORTS holds a string's events since it was last still, and its VOICE before the first of them. From there
+`begin_again` and the same events, on the same operators, make the same motion, bit for bit; but not if strings changed
+operators in between, as under overload. [audio thread]
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from livebass.compiling import entry, jit
 from livebass.kernels.machine.native import copy_record, record_at
 from livebass.kernels.string.records import EVENT, STRING, VOICE, on_lines
 
-TOLD = on_lines(
+REPORTS = on_lines(
     [
         ("voice", VOICE),  # before the first event
         ("from_frame", "i8"),  # its frame
@@ -24,37 +24,37 @@ TOLD = on_lines(
 )  # EVENT (told_room,) follows
 string_at = record_at(STRING)
 event_at = record_at(EVENT)
-told_at = record_at(TOLD)
-TOLD_BYTES, EVENT_BYTES = TOLD.itemsize, EVENT.itemsize
+reports_at = record_at(REPORTS)
+REPORTS_BYTES, EVENT_BYTES = REPORTS.itemsize, EVENT.itemsize
 
 
 @jit
 def remember(voice, event):
     """Keeps an event that the string receives now, if its voice has room for events."""
-    if voice.told_room == 0:
+    if voice.report_room == 0:
         return
     if voice.still:
-        voice.told_count = 0
-    if voice.told_count == 0:
-        told = told_at(voice.told)
-        copy_record(told.voice, voice)
-        told.from_frame = voice.frame
-    copy_record(event_at(voice.told + TOLD_BYTES + EVENT_BYTES * (voice.told_count % voice.told_room)), event)
-    voice.told_count += 1
+        voice.report_count = 0
+    if voice.report_count == 0:
+        reports = reports_at(voice.reports)
+        copy_record(reports.voice, voice)
+        reports.from_frame = voice.frame
+    copy_record(event_at(voice.reports + REPORTS_BYTES + EVENT_BYTES * (voice.report_count % voice.report_room)), event)
+    voice.report_count += 1
 
 
 @entry("void(int64, int64)")
-def begin_again(string, told):
-    """Sets the new STRING at an address to another string's state before the events of the TOLD at an address.
+def begin_again(string, reports):
+    """Sets the new STRING at an address to another string's state before the events of the REPORTS at an address.
 
     It keeps its own memory: the tone pot's filters, functions, log and events.
     """
     voice = string_at(string).voice
     functions = voice.over_frets, voice.over_board
     tones, log, log_room = voice.tones, voice.log, voice.log_room
-    place, room = voice.told, voice.told_room
-    copy_record(voice, told_at(told).voice)
+    place, room = voice.reports, voice.report_room
+    copy_record(voice, reports_at(reports).voice)
     voice.over_frets, voice.over_board = functions
     voice.tones = tones
     voice.log, voice.log_room, voice.logged = log, log_room, np.int64(0)
-    voice.told, voice.told_room, voice.told_count = place, room, np.int64(0)
+    voice.reports, voice.report_room, voice.report_count = place, room, np.int64(0)

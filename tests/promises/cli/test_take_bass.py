@@ -19,7 +19,7 @@ from livebass.model.instrument import Instrument
 from livebass.preset.load import kept_text, load_preset
 from livebass.preset.revisions import toml_of
 from livebass.score.reading import TAKE, read_score
-from livebass.score.score import LEAST_RATE
+from livebass.score.score import MIN_RATE
 from livebass.score.smf import MARK
 from livebass.score.takes import LONGEST, text_of
 
@@ -65,16 +65,16 @@ def played(fake: type[FakeEngine], monkeypatch: pytest.MonkeyPatch) -> list[Inst
 def test_each_bass_of_a_take_has_a_program(fake: type[FakeEngine]) -> None:
     """Several basses with one program in other software stay distinct."""
     path = take(*((3 * k, text_of(name, {})) for k, name in enumerate([*PRESETS[:3], PRESETS[0]])))
-    score = read_score(path, LEAST_RATE)
-    assert [(bass.frame / LEAST_RATE, bass.preset) for bass in score.basses] == [
+    score = read_score(path, MIN_RATE)
+    assert [(bass.frame / MIN_RATE, bass.preset) for bass in score.basses] == [
         (0.0, "paper-fretless"), (3.0, "jazz-finger"), (6.0, "flatwound"), (9.0, "paper-fretless"),
     ]  # fmt: skip
     assert score.program == 33 and [program for _, program in score.changes] == [127, 126, 33]
     assert score.on_one_bass().basses == () and score.on_one_bass().changes == []
     assert all((score.frames[1:] >= score.frames[:-1]).tolist())
-    old = read_score(take(), LEAST_RATE)
+    old = read_score(take(), MIN_RATE)
     assert old.basses == () and old.program == 33 and [program for _, program in old.changes] == [36]
-    foreign = read_score(take((0, text_of("slap", {})), of="by somebody"), LEAST_RATE)
+    foreign = read_score(take((0, text_of("slap", {})), of="by somebody"), MIN_RATE)
     assert foreign.basses == () and foreign.program == 33
 
 

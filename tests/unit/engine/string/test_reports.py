@@ -16,7 +16,7 @@ from livebass.engine.prepare import play_frames
 from livebass.kernels.bass.instrument import LIVE
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.string.records import PLUCK, STRING, THROW
-from livebass.kernels.string.told import TOLD, begin_again
+from livebass.kernels.string.reports import REPORTS, begin_again
 from livebass.plugin.instrument import image_file
 from livebass.rows.arrays import Floats
 from livebass.rows.units import OFF
@@ -46,7 +46,7 @@ class Watched(Engine):
         )
 
 
-def sent(engine: Engine, messages: list[tuple[int, int, int, int]]) -> None:
+def sent_messages(engine: Engine, messages: list[tuple[int, int, int, int]]) -> None:
     engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
 
 
@@ -55,7 +55,7 @@ def test_keeping_is_not_heard(preset: str) -> None:
     bass = load_preset(preset)
     engines = [kind(bass, QUALITIES["live"], RATE) for kind in (Engine, Watched)]
     for engine in engines:
-        sent(engine, PHRASE)
+        sent_messages(engine, PHRASE)
     plain, kept = (engine.process(15000) for engine in engines)
     assert np.array_equal(plain, kept)
     counts = [int(engine.voices[0].record["logged"][0]) for engine in engines]
@@ -69,7 +69,7 @@ def test_contacts_have_fret_and_speed() -> None:
     engines[1].contacts = 4
     engines[1]._begin(0)
     for engine in engines:
-        sent(engine, [(0, 0x90, 48, 127)])
+        sent_messages(engine, [(0, 0x90, 48, 127)])
         engine.process(4800)
     voice, short = (engine.voices[0] for engine in engines)
     count = int(voice.record["logged"][0])
@@ -83,13 +83,13 @@ def test_contacts_have_fret_and_speed() -> None:
     assert sorted(short.log.tolist()) == sorted(last.tolist()) and len(short.log) == 4
 
 
-def replayed(engine: Watched, i: int, frames: int) -> Floats:
+def replay(engine: Watched, i: int, frames: int) -> Floats:
     """The motion of string `i`, replayed on a fresh bass from the first of its kept events."""
-    told, events = engine.bass.told(i)
+    reports, events = engine.bass.reports(i)
     bass = engine.kept()
     string = bass.voices[i]
-    begin_again(string.string.ctypes.data, told.ctypes.data)
-    out = np.zeros(frames - int(told["from_frame"][0]))
+    begin_again(string.string.ctypes.data, reports.ctypes.data)
+    out = np.zeros(frames - int(reports["from_frame"][0]))
     assert play_frames(string, engine.pool.records[i], events.copy(), out) == len(events)
     return out
 
@@ -99,55 +99,55 @@ def test_the_same_events_make_the_same_motion(preset: str) -> None:
     """For notes on a resting string, after earlier controllers and notes long gone: bit for bit."""
     bass = load_preset(preset)
     engine = Watched(replace(bass, player=replace(bass.player, floor_noise=OFF)), QUALITIES["live"], RATE)
-    sent(engine, PHRASE)
+    sent_messages(engine, PHRASE)
     sound = [engine.process(40000)]
     (voice,) = engine.voices[:1]
     while not voice.record["still"][0]:
         sound.append(engine.process(48000))
         assert len(sound) < 40
-    first = int(engine.bass.told(0)[0]["from_frame"][0])
+    first = int(engine.bass.reports(0)[0]["from_frame"][0])
     whole = np.concatenate([s[0] for s in sound])
-    assert np.array_equal(replayed(engine, 0, len(whole)), whole[first:])
-    sent(engine, [(engine.frame + 77, 0x90, 29, 127), (engine.frame + 3000, 0x90, 30, 90)])
+    assert np.array_equal(replay(engine, 0, len(whole)), whole[first:])
+    sent_messages(engine, [(engine.frame + 77, 0x90, 29, 127), (engine.frame + 3000, 0x90, 30, 90)])
     begun = engine.frame
     again = engine.process(24000)[0]
-    told, events = engine.bass.told(0)
-    assert told["from_frame"] == begun + 77 and np.isin(events["kind"], (PLUCK, THROW)).sum() == 2
-    assert np.array_equal(replayed(engine, 0, engine.frame), again[77:]) and abs(again).max() > 1e-3
+    reports, events = engine.bass.reports(0)
+    assert reports["from_frame"] == begun + 77 and np.isin(events["kind"], (PLUCK, THROW)).sum() == 2
+    assert np.array_equal(replay(engine, 0, engine.frame), again[77:]) and abs(again).max() > 1e-3
 
 
 def test_a_string_without_room_keeps_nothing() -> None:
     engine = Engine(load_preset("paper-g"), QUALITIES["live"], RATE)
-    sent(engine, [(0, 0x90, 50, 127)])
+    sent_messages(engine, [(0, 0x90, 50, 127)])
     engine.process(4800)
     v = engine.voices[0].record[0]
-    assert (v["told_room"], v["told_count"], v["log_room"]) == (0, 0, 0) and v["logged"] > 0
+    assert (v["report_room"], v["report_count"], v["log_room"]) == (0, 0, 0) and v["logged"] > 0
 
 
 def test_more_events_than_there_is_room_for_are_told() -> None:
     engine = Watched(load_preset("paper-g"), QUALITIES["live"], RATE)
-    sent(engine, [(40 * k, 0x90, 50, 60) for k in range(90)])
+    sent_messages(engine, [(40 * k, 0x90, 50, 60) for k in range(90)])
     engine.process(4000)
     with pytest.raises(LookupError, match="events since it was still"):
-        engine.bass.told(0)
+        engine.bass.reports(0)
 
 
 def test_a_page_plays_the_last_note_again() -> None:
     """In WebAssembly, on another bass: a worker's replay of the events matches the sound bit for bit."""
-    page = Module(image_file(load_preset("paper-g")), RATE, told=64)
+    page = Module(image_file(load_preset("paper-g")), RATE, reports=64)
     page.play(QUANTUM * 3)
     page.send(500, 0x90, 48, 127)
     page.send(3000, 0xE0, 0, 90)
     heard = page.play(QUANTUM * 60)
     string, other = (int(page.record(BASS, at)["string"][0]) for at in (page.bass, page.new_bass()))
     voice = page.record(STRING, string)["voice"]
-    place, count = int(voice["told"]), int(voice["told_count"])
-    first = int(page.record(TOLD, place)["from_frame"])
+    place, count = int(voice["reports"]), int(voice["report_count"])
+    first = int(page.record(REPORTS, place)["from_frame"])
     assert first == 500 and 2 <= count <= 64
     page.call("begin_again", other, place)
     frames = 63 * QUANTUM - first
     out = page.place(8 * frames)
     ops, frets = int(page.record(BASS, page.bass)["operators"][0]), int(page.record(BASS, page.bass)["frets"])
-    assert page.call("run_string", other, ops, frets, place + TOLD.itemsize, count, out, 0, frames) == count
+    assert page.call("run_string", other, ops, frets, place + REPORTS.itemsize, count, out, 0, frames) == count
     again = page.bytes(out, 8 * frames).view(np.float64).astype(np.float32)
     assert np.array_equal(again, heard[first - 3 * QUANTUM :]) and abs(again).max() > 0.01

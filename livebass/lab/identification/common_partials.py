@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from livebass.lab.identification.doubts import left_out, other_note
-from livebass.lab.identification.glide import Glide, glide_of, straightened
+from livebass.lab.identification.glide import Glide, glide_of, straighten
 from livebass.lab.identification.partials import Partial, RecordingError, Take, track
 from livebass.lab.identification.takes import Takes
-from livebass.lab.identification.treatment import compressed, is_fade, shared_gain, without_fade
+from livebass.lab.identification.treatment import compressor_doubt, is_fade, shared_gain, without_fade
 
 FEWEST = 4  # partials of a take
 SPREAD = 0.02  # of f0: partials that scatter more about a stiff string's are not of one string
@@ -54,15 +54,15 @@ class Heard:
         return Note(take, partials, glide) if plausible(partials, self.pitch) else None
 
 
-def heard_in(takes: Takes, modes: int) -> Heard:
+def find_partials(takes: Takes, modes: int) -> Heard:
     """Follows the partials of takes. Raises RecordingError if no take is of one string."""
     tracks = [(take, track(take.sound, take.rate, takes.pitch, modes)) for take in takes.takes]
     good = tuple(Note(take, partials) for take, partials in tracks if plausible(partials, takes.pitch))
     if good:
         return Heard(takes.pitch, modes, good, tuple(takes.doubts))
-    name, most = takes.takes[0].name, max(len(partials) for _, partials in tracks)
-    if most < FEWEST:
-        partials = f"{most} partial{'s' * (most != 1)} of a string near {takes.pitch:.2f} Hz"
+    name, maximum = takes.takes[0].name, max(len(partials) for _, partials in tracks)
+    if maximum < FEWEST:
+        partials = f"{maximum} partial{'s' * (maximum != 1)} of a string near {takes.pitch:.2f} Hz"
         raise RecordingError(f"{name}: {partials}, {FEWEST} are needed: noise, or no plucked string")
     why = f"what sounds is not one string near {takes.pitch:.2f} Hz; give its pitch with --note or --f0"
     raise RecordingError(f"{name}: {why}")
@@ -73,12 +73,12 @@ def steady(heard: Heard) -> Heard:
 
     def straight(note: Note) -> Note:
         glide = glide_of(note.take, note.partials, heard.pitch)
-        return (glide and heard.note(straightened(note.take, glide), glide)) or note
+        return (glide and heard.note(straighten(note.take, glide), glide)) or note
 
     return replace(heard, notes=tuple(map(straight, heard.notes)))
 
 
-def unfaded(heard: Heard) -> Heard:
+def cut_fades(heard: Heard) -> Heard:
     """Cuts off fades; doubts name them, and compressors."""
     notes, doubts = [], list(heard.doubts)
     for note in heard.notes:
@@ -88,7 +88,7 @@ def unfaded(heard: Heard) -> Heard:
             doubts.append(why)
             note = heard.note(shorter, note.glide) or note
         elif gain is not None:
-            doubts.append(compressed(note.take, gain))
+            doubts.append(compressor_doubt(note.take, gain))
         notes.append(note)
     return replace(heard, notes=tuple(notes), doubts=tuple(doubts))
 

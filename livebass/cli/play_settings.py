@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.options import given
-from livebass.cli.said import say
+from livebass.cli.messages import say
+from livebass.cli.options import is_given
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.files.whole import OutputError
 from livebass.rows.bounds import between, complaint, one_of, refusal
@@ -34,7 +34,7 @@ class DamagedSettings(ValueError):
 
 
 @dataclass(frozen=True)
-class Remembered:
+class PlaySettings:
     """The choices of the last time; None: none. Each is a key of the file, controllers a table."""
 
     preset: str | None = None  # name, or absolute path
@@ -57,7 +57,7 @@ class Remembered:
             lines += [f"{symbol} = {controller}" for symbol, controller in sorted(self.controllers.items())]
         return HEAD + "".join(f"{line}\n" for line in lines)
 
-    def said(self) -> str:
+    def summary(self) -> str:
         """One line about the choices; "" if there are none."""
         parts = [self.preset and f"preset {self.preset}", self.tuning and f"tuning {self.tuning}",
                  self.capo and f"capo {self.capo}", self.a4 and f"A {self.a4:g} Hz",
@@ -76,27 +76,27 @@ def settings_file() -> Path:
     return Path(given) if given else platformdirs.user_config_path("livebass") / "play.toml"
 
 
-def load(path: Path) -> Remembered:
+def load(path: Path) -> PlaySettings:
     """Reads the file at `path`; without a file there are no choices. Raises DamagedSettings."""
-    from livebass.files.formats import checked, renamed
+    from livebass.files.formats import check_format, rename_keys
 
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return Remembered()
+        return PlaySettings()
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else " ".join(str(error).split())
         raise DamagedSettings(f"{path}: {why}") from None
     try:
-        return _checked(renamed("settings", checked("settings", data))[0])
+        return _check(rename_keys("settings", check_format("settings", data))[0])
     except ValueError as error:
         raise DamagedSettings(f"{path}: {error}") from None
 
 
-def _checked(data: dict[str, Any]) -> Remembered:
+def _check(data: dict[str, Any]) -> PlaySettings:
     """The choices in a table; ignores keys of other versions. Raises ValueError for unusable values."""
     from livebass.live.desk import check_controllers
-    from livebass.preset.keys import KEYS, checked
+    from livebass.preset.keys import KEYS, check_value
 
     for key in ("preset", "backend", "audio", "midi", "tuning", "temperament"):
         if not isinstance(data.get(key, ""), str):
@@ -108,7 +108,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
     for row in KEYS:
         if not row.section and row.name in data and row.name in TUNING_KEYS:
             try:
-                value = checked(row, data[row.name])
+                value = check_value(row, data[row.name])
             except ValueError as error:
                 raise ValueError(complaint(row.name, error, repr(data[row.name]))) from None
             if row.name in ("capo", "a4"):
@@ -116,11 +116,11 @@ def _checked(data: dict[str, Any]) -> Remembered:
     controllers = data.get("controllers", {})
     if not isinstance(controllers, dict):
         raise refusal("controllers", "a table", repr(controllers))
-    known = {f.name: data[f.name] for f in fields(Remembered) if f.name in data}
-    return Remembered(**known | {"controllers": check_controllers(controllers) if controllers else {}})
+    known = {f.name: data[f.name] for f in fields(PlaySettings) if f.name in data}
+    return PlaySettings(**known | {"controllers": check_controllers(controllers) if controllers else {}})
 
 
-def save(path: Path, remembered: Remembered) -> None:
+def save(path: Path, remembered: PlaySettings) -> None:
     """Writes the file, complete or not at all. Raises OutputError, and ValueError for a name that is not UTF-8."""
     from livebass.files.whole import Transaction
 
@@ -156,13 +156,13 @@ class Memory:
     """Holds the choices of the last time, and the ones used now."""
 
     path: Path | None  # None: remember nothing
-    before: Remembered
+    before: PlaySettings
     used: dict[str, Any]  # options
     given: frozenset[str]  # options on the command line
 
-    def said(self) -> str:
+    def summary(self) -> str:
         """One line about the choices in use."""
-        return Remembered(**self.used).said()
+        return PlaySettings(**self.used).summary()
 
     def controllers(self, learn: tuple[tuple[str, int | str | None], ...]) -> dict[str, int]:
         """The initial controllers: the remembered ones, changed by the options."""
@@ -207,9 +207,9 @@ class Memory:
 def recall(options: dict[str, Any]) -> Memory:
     """Reads the last choices for options not given. A damaged file is reported in one line and left alone."""
     names = ("preset", "gain", "backend", "audio", "midi", *TUNING_KEYS)
-    chosen = frozenset(name for name in names if given(name))
+    chosen = frozenset(name for name in names if is_given(name))
     if options["no_settings"]:
-        return Memory(None, Remembered(), {}, chosen)
+        return Memory(None, PlaySettings(), {}, chosen)
     path = settings_file()
     if options["forgotten"]:
         forget(path)
@@ -217,7 +217,7 @@ def recall(options: dict[str, Any]) -> Memory:
         before = load(path)
     except DamagedSettings as error:
         say(f"{error}; nothing is remembered until `livebass play --forget` deletes the file")
-        return Memory(None, Remembered(), {}, chosen)
+        return Memory(None, PlaySettings(), {}, chosen)
     wanted = {"preset", "gain", "midi", *TUNING_KEYS} - chosen
     if not chosen & {"backend", "audio"} and options["backend"] == "auto":
         wanted |= {"backend", "audio"}

@@ -11,7 +11,7 @@ import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 from support.engine import FakeEngine
 
-from livebass.cli import said
+from livebass.cli import messages
 
 LONG = "song.mid: 12 notes are below the lowest string of the bass, an E1, and are played an octave higher"
 
@@ -25,11 +25,11 @@ def in_a_terminal(monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
 def test_a_terminal_gets_lines_that_end_between_words(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said.say(LONG)
+    messages.say(LONG)
     assert capsys.readouterr().err == LONG + "\n", "a pipe gets one line"
     for columns in (40, 79):
         in_a_terminal(monkeypatch, columns)
-        said.say(LONG)
+        messages.say(LONG)
         lines = capsys.readouterr().err.splitlines()
         assert len(lines) > 1 and all(len(line) <= columns for line in lines)
         assert " ".join(line.strip() for line in lines) == LONG
@@ -38,7 +38,7 @@ def test_a_terminal_gets_lines_that_end_between_words(
 def test_a_long_path_stays_whole(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     in_a_terminal(monkeypatch, 30)
     path = "/tmp/a-folder/" + "long-" * 12 + "name.wav"
-    said.say(f"{path}: is read-only")
+    messages.say(f"{path}: is read-only")
     assert path in capsys.readouterr().err
 
 

@@ -1,6 +1,6 @@
 """Shows an onlooker the strings of a playing bass: shapes, contacts, notes. [any thread of Python]
 
-The audio thread is unaware of it: it keeps its last contacts and events in rings anyway (kernels/string/told.py),
+The audio thread is unaware of it: it keeps its last contacts and events in rings anyway (kernels/string/reports.py),
 and a reader who collides with a write reads again. Strings that run ahead of the clock are shown as computed;
 contacts and notes are reported once they are heard, as they may be revoked before.
 """
@@ -21,7 +21,7 @@ STRUCK = (STRIKE_EVENT, THROW, HAMMER, PULL_OFF)  # events that begin a note at 
 
 
 @dataclass(frozen=True)
-class Seen:
+class View:
     """The state of a bass at a frame of the synth, and the events since the last look."""
 
     frame: int
@@ -30,7 +30,7 @@ class Seen:
     notes: list[tuple[int, int, int]]  # string, fret, and the frame of its release or strike
 
 
-class Onlooker:
+class Watcher:
     """Looks at one bass; the reader must keep it from being freed, as this does."""
 
     def __init__(self, bass: LiveBass) -> None:
@@ -38,12 +38,12 @@ class Onlooker:
         engine = bass.engine
         self._voices = [voice.record[0] for voice in engine.voices]
         self._logs = [voice.log for voice in engine.voices]
-        self._told = [engine.bass.ring_of_events(i) for i in range(engine.strings)]
+        self._reports = [engine.bass.ring_of_events(i) for i in range(engine.strings)]
         self._last = np.zeros(engine.strings, SIGHT)
         self._contacts = [int(v["logged"]) for v in self._voices]  # the number reported so far
-        self._events = [(int(told["from_frame"][0]), 0) for told, _ in self._told]
+        self._events = [(int(reports["from_frame"][0]), 0) for reports, _ in self._reports]
 
-    def look(self, frame: int) -> Seen | None:
+    def look(self, frame: int) -> View | None:
         """Returns the news up to `frame` of the synth; None: the bass has not begun."""
         began = self.bass.began
         if began is None:
@@ -53,7 +53,7 @@ class Onlooker:
         for i in range(len(self._voices)):
             self._take_contacts(i, began, frame, contacts)
             self._take_notes(i, began, frame, notes)
-        return Seen(frame, self._sights(), contacts, notes)
+        return View(frame, self._sights(), contacts, notes)
 
     def _sights(self) -> NDArray[np.void]:
         """The shapes; each string's is from one moment."""
@@ -82,8 +82,8 @@ class Onlooker:
         self._contacts[i] = logged
 
     def _take_notes(self, i: int, began: int, end: int, found: list[tuple[int, int, int]]) -> None:
-        voice, (told, events) = self._voices[i], self._told[i]
-        from_frame, count = int(told["from_frame"][0]), int(voice["told_count"])
+        voice, (reports, events) = self._voices[i], self._reports[i]
+        from_frame, count = int(reports["from_frame"][0]), int(voice["report_count"])
         before, taken = self._events[i]
         first = max(min(taken if before == from_frame else 0, count), count - len(events) // 2)
         for k in range(first, count):

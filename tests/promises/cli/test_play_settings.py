@@ -13,16 +13,16 @@ import pytest
 from support.command import GOOD, NOTE, Run, assert_one_clear_line, song
 
 from livebass import load_preset
-from livebass.cli import remembered
-from livebass.cli.console import LOG, Console, logged
-from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
+from livebass.cli import play_settings
+from livebass.cli.console import LOG, Console, log_to
+from livebass.cli.play_settings import DamagedSettings, PlaySettings, forget, load, save, settings_file
 from livebass.files.whole import OutputError
 from livebass.live import outputs, session
-from livebass.live.lost import OutputLost
+from livebass.live.device_errors import OutputLost
 from livebass.live.settings import Settings
 from livebass.live.synth import Meters
 
-ALL = Remembered("slap", -6.5, "portaudio", 'Card "1"\\\n\x7f\U0001f3b8, ALSA', "keys", {"tone": 74, "gain": 7})
+ALL = PlaySettings("slap", -6.5, "portaudio", 'Card "1"\\\n\x7f\U0001f3b8, ALSA', "keys", {"tone": 74, "gain": 7})
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ class FakeSession:
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch, file: Path) -> type[FakeSession]:
     monkeypatch.setattr(session, "Session", FakeSession)
-    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     monkeypatch.setattr("livebass.cli.play.stop_instead", lambda *_: None)
     monkeypatch.setattr(outputs, "check_output", lambda *_: None)
     FakeSession.ran, FakeSession.ends_with = [], {}
@@ -65,14 +65,14 @@ def played(monkeypatch: pytest.MonkeyPatch, file: Path) -> type[FakeSession]:
 
 
 def test_what_is_written_is_read_again(file: Path) -> None:
-    assert load(file) == Remembered()
-    for what in (ALL, Remembered(), Remembered(preset="/a b/mine.toml", controllers={"tone": 1})):
+    assert load(file) == PlaySettings()
+    for what in (ALL, PlaySettings(), PlaySettings(preset="/a b/mine.toml", controllers={"tone": 1})):
         save(file, what)
         assert load(file) == what
     assert os.listdir(file.parent) == [file.name]
     forget(file)
     forget(file)
-    assert not file.exists() and load(file) == Remembered()
+    assert not file.exists() and load(file) == PlaySettings()
 
 
 def test_the_file_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -132,7 +132,7 @@ def test_a_tuning_is_used_the_next_time_for_every_bass_of_the_session(
 ) -> None:
     options = [part for name, value in TUNED.items() for part in (f"--{name}", value)]
     run("play", *options)
-    assert load(file) == Remembered(**TUNED)  # type: ignore[arg-type]
+    assert load(file) == PlaySettings(**TUNED)  # type: ignore[arg-type]
     status, _, err = run("play")
     assert status == 0
     assert "as the last time: tuning drop-d, capo 2, A 442 Hz, temperament just" in err
@@ -144,17 +144,17 @@ def test_a_tuning_is_used_the_next_time_for_every_bass_of_the_session(
     run("play", "--file", song)
     assert played.ran[-1].instrument == load_preset("jazz-finger", a4=442, temperament="just")
     run("play", "--tuning", "D1 A1 D2 G2", "--capo", "0", "--temperament", "-7,0,0,12")
-    assert load(file) == Remembered(tuning="D1 A1 D2 G2", a4=442.0, temperament="-7,0,0,12")
+    assert load(file) == PlaySettings(tuning="D1 A1 D2 G2", a4=442.0, temperament="-7,0,0,12")
 
 
 def test_a_tuning_that_does_not_fit_is_left_out_and_said(played: type[FakeSession], file: Path, run: Run) -> None:
-    save(file, Remembered(tuning="D1 A1 D2 G2", temperament="just"))
+    save(file, PlaySettings(tuning="D1 A1 D2 G2", temperament="just"))
     status, _, err = run("play", "-p", "five-string")
     assert status == 0 and err.count("as remembered: five-string.toml: tuning = ") == 1
     assert "left out" in err and "as the last time" not in err
     assert played.ran[-1].instrument == load_preset("five-string")
-    assert load(file) == Remembered("five-string", tuning="D1 A1 D2 G2", temperament="just")
-    save(file, Remembered("./gone.toml", capo=2))
+    assert load(file) == PlaySettings("five-string", tuning="D1 A1 D2 G2", temperament="just")
+    save(file, PlaySettings("./gone.toml", capo=2))
     status, _, err = run("play")
     assert status == 0 and "gone.toml" in err and played.ran[-1].preset == "jazz-finger"
     status, _, err = run("play", "--tuning", "dropped")
@@ -170,7 +170,7 @@ def test_bytes_that_are_no_text_are_one_line(file: Path) -> None:
 
 def test_what_was_chosen_is_used_the_next_time(played: type[FakeSession], file: Path, run: Run) -> None:
     run("play", "-p", "slap", "--gain", "-6", "--midi", "keys", "--learn", "tone=74", "--audio", "0")
-    assert load(file) == Remembered("slap", -6.0, None, "Card, ALSA", "keys", {"tone": 74})
+    assert load(file) == PlaySettings("slap", -6.0, None, "Card, ALSA", "keys", {"tone": 74})
     status, _, err = run("play")
     assert status == 0 and "as the last time: preset slap, gain -6 dB, output Card, ALSA, MIDI keys" in err
     s = played.ran[-1]
@@ -182,7 +182,7 @@ def test_what_was_chosen_is_used_the_next_time(played: type[FakeSession], file: 
     assert (s.preset, s.gain, s.audio, s.midi, dict(s.controllers)) == ("jazz-finger", 1.0, None, None, {})
     assert file.read_text() == before
     run("play", "--gain", "0", "--learn", "tone=off", "--backend", "jack")
-    assert load(file) == Remembered("slap", midi="keys")
+    assert load(file) == PlaySettings("slap", midi="keys")
     assert played.ran[-1].audio is None
     run("play", "--midi", "2")
     assert load(file).midi == "m", "a number may be another port's the next time"
@@ -193,7 +193,7 @@ def test_what_was_chosen_is_used_the_next_time(played: type[FakeSession], file: 
 def test_what_changes_while_it_plays_is_remembered(played: type[FakeSession], file: Path, run: Run) -> None:
     played.ends_with = {"preset": "muted", "learned": {"dynamics": 21}}
     run("play")
-    assert load(file) == Remembered("muted", controllers={"dynamics": 21})
+    assert load(file) == PlaySettings("muted", controllers={"dynamics": 21})
 
 
 def test_a_bass_of_ones_own_is_remembered_by_its_whole_path(
@@ -209,7 +209,7 @@ def test_a_bass_of_ones_own_is_remembered_by_its_whole_path(
 
 
 def test_the_bass_of_a_file_is_the_files(played: type[FakeSession], file: Path, run: Run, tmp_path: Path) -> None:
-    save(file, Remembered("slap"))
+    save(file, PlaySettings("slap"))
     song = tmp_path / "a.mid"
     song.write_bytes(GOOD)
     run("play", "--file", song, "--loop", "1s:2.5", "--tempo", "80%")
@@ -222,7 +222,7 @@ def test_the_bass_of_a_file_is_the_files(played: type[FakeSession], file: Path, 
 def test_an_output_that_is_not_there_is_not_used(
     played: type[FakeSession], file: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    save(file, Remembered(audio="Card, ALSA"))
+    save(file, PlaySettings(audio="Card, ALSA"))
 
     def gone(_backend: str, device: object) -> None:
         if device == "Card, ALSA":
@@ -239,12 +239,12 @@ def test_a_place_that_cannot_be_written_is_a_warning(
 ) -> None:
     (tmp_path / "a").write_text("")
     monkeypatch.setenv("LIVEBASS_SETTINGS", str(tmp_path / "a" / "play.toml"))
-    monkeypatch.setattr(remembered, "load", lambda _: Remembered())
-    monkeypatch.setattr("livebass.cli.remembered.load", lambda _: Remembered())
+    monkeypatch.setattr(play_settings, "load", lambda _: PlaySettings())
+    monkeypatch.setattr("livebass.cli.play_settings.load", lambda _: PlaySettings())
     status, _, err = run("play", "-p", "slap")
     assert status == 0 and "not remembered" in err
     with pytest.raises(OutputError):
-        save(tmp_path / "a" / "play.toml", Remembered("slap"))
+        save(tmp_path / "a" / "play.toml", PlaySettings("slap"))
 
 
 @pytest.mark.parametrize(
@@ -267,7 +267,7 @@ def test_options_that_do_not_go_together_are_one_line(
 
 
 def test_jacks_own_options_take_jack(played: type[FakeSession], file: Path, run: Run) -> None:
-    save(file, Remembered(audio="Card, ALSA", midi="keys"))
+    save(file, PlaySettings(audio="Card, ALSA", midi="keys"))
     run("play", "--client-name", "low end", "--no-connect", "--strings", "--metronome", "90", "--metronome-port")
     s = played.ran[-1]
     assert (s.backend, s.audio, s.client, s.connect, s.strings) == ("jack", None, "low end", False, True)
@@ -279,7 +279,7 @@ def test_a_library_that_logs_doubles_no_line(
 ) -> None:
     """As python-osc does; pytest has its own handlers."""
     monkeypatch.setattr(logging.getLogger(), "handlers", [])
-    with logged(Console(quiet=False), None):
+    with log_to(Console(quiet=False), None):
         logging.debug("of a library")
         LOG.info("once")
     assert capsys.readouterr().err == "once\n" and not logging.getLogger().handlers

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.engine.prepare import pickups_under
-from livebass.lab.identification.onset import Onset, rounded
+from livebass.lab.identification.onset import Onset, middle_pluck
 from livebass.lab.identification.result import Identified
 from livebass.model.instrument import Instrument, String
 from livebass.model.neck import Resonance
@@ -113,7 +113,7 @@ def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> No
     import tomlkit
 
     length = bass.strings[bass.string_index(string)].length
-    width, release = rounded(bass.player)
+    width, release = middle_pluck(bass.player)
     player = {"pluck_position": f"{1 - onset.place / length:.4g}"}
     wider, slower = onset.rounding / width, onset.release / release if release else 0.0
     for name in ("rounding", "rounding_soft"):

@@ -26,7 +26,7 @@ RESPONSES = (".wav", ".flac", ".ogg", ".aif", ".aiff")
 LONGEST_SHOWN = 200  # characters to show of a bass, in a line
 
 
-def told(options: Mapping[str, Any]) -> dict[str, str]:
+def take_options(options: Mapping[str, Any]) -> dict[str, str]:
     """The `options` that change a bass, as a take stores them: as on the command line, with absolute paths."""
     from livebass.preset.source import is_path
 
@@ -39,12 +39,12 @@ def told(options: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value) for name, value in found.items()}
 
 
-def with_loaded(
-    score: Score, load: Loader, usual: str, command: click.Command
+def load_take_basses(
+    score: Score, load: Loader, default: str, command: click.Command
 ) -> tuple[Score, Callable[[str], Instrument]]:
     """The score with basses that can be loaded, and a function that loads each as the take names it.
 
-    A bass that cannot be loaded is replaced by the one of its program, or the `usual` one, with a remark. `load` has
+    A bass that cannot be loaded is replaced by the one of its program, or the `default` one, with a remark. `load` has
     the options of the command line, which override the take's; `command` has all options.
     """
     if not score.basses:
@@ -55,15 +55,15 @@ def with_loaded(
     for bass in score.basses:
         if bass.preset in made or bass.preset in instead:
             continue
-        given, left_out = _given(bass, command)
+        given, left_out = _known_options(bass, command)
         try:
-            text, line = _kept(bass)
-            made[bass.preset] = load(bass.preset if text else _checked(bass.preset), given, text)
+            text, line = _kept_preset(bass)
+            made[bass.preset] = load(bass.preset if text else _check_preset(bass.preset), given, text)
             lines += [*line, *left_out]
         except ValueError as error:
             from livebass.preset.programs import PROGRAMS
 
-            instead[bass.preset] = PROGRAMS.get(bass.program + 1, usual)
+            instead[bass.preset] = PROGRAMS.get(bass.program + 1, default)
             lines.append(f"was played on {bass.preset}, {error}: {instead[bass.preset]} plays instead")
     basses = tuple(
         replace(bass, preset=instead[bass.preset], given={}) if bass.preset in instead else bass
@@ -78,14 +78,14 @@ def with_loaded(
     return replace(score, basses=basses, remarks=tuple(lines)), loaded
 
 
-def shown(bass: TakenBass) -> str:
+def bass_line(bass: TakenBass) -> str:
     """A bass of a take with its options, for a line."""
     values = (name.replace("_", "-") if value == "True" else f"{name} {value}" for name, value in bass.given.items())
     line = f"{bass.preset} ({', '.join(values)})" if bass.given else bass.preset
     return line if len(line) <= LONGEST_SHOWN else f"{line[: LONGEST_SHOWN - 3]}..."
 
 
-def _checked(preset: str) -> str:
+def _check_preset(preset: str) -> str:
     """`preset`, if it is a known name or the absolute path of a preset file. Raises ValueError with the reason."""
     from livebass.preset.load import laboratory_names, preset_names
     from livebass.preset.revisions import split
@@ -103,7 +103,7 @@ def _checked(preset: str) -> str:
     return preset
 
 
-def _kept(bass: TakenBass) -> tuple[str, list[str]]:
+def _kept_preset(bass: TakenBass) -> tuple[str, list[str]]:
     """The text of a preset file as the take kept it, and a line that says so; "" and none if the file is the same.
 
     Files that it names are left out if they could be no response or key map. Raises PresetError.
@@ -139,7 +139,7 @@ def _is_file(path: str, endings: tuple[str, ...]) -> bool:
     return whole and path.lower().endswith(endings) and Path(path).is_file()
 
 
-def _given(bass: TakenBass, command: click.Command) -> tuple[dict[str, Any], list[str]]:
+def _known_options(bass: TakenBass, command: click.Command) -> tuple[dict[str, Any], list[str]]:
     """The options of a bass that `command` accepts, and a line about each other one."""
     from livebass.model.keymap import MAPS
 

@@ -21,15 +21,15 @@ from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 
 FINE, LIGHT = "studio", "live"
-MOST = 0.6  # of a block's time that the worst one may take: effects and the rest of the machine need the remainder
+MAXIMUM = 0.6  # of a block's time that the worst one may take: effects and the rest of the machine need the remainder
 BLOCK = 64  # frames
 RUNS = 4  # the quickest of these counts for each block: other programs delay blocks ...
-FAR = 2 * MOST  # ... or one run, if its worst block takes more than this
+FAR = 2 * MAXIMUM  # ... or one run, if its worst block takes more than this
 SHARE = struct.Struct("<d")  # the content of a file
 ENOUGH = 5.0  # s for measuring several basses: past it no other one is begun
 
 
-def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> LiveBass:
+def prepare_bass(instrument: Instrument, quality: Quality | None, rate: int) -> LiveBass:
     """Prepares a bass in a `quality`, or the best for this machine. Raises the errors of `LiveBass`.
 
     [any thread but the audio thread]
@@ -37,7 +37,7 @@ def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> Live
     if quality is not None:
         return LiveBass(instrument, quality, rate)
     fine = LiveBass(instrument, QUALITIES[FINE], rate)
-    return fine if kept_share(fine) <= MOST else LiveBass(instrument, QUALITIES[LIGHT], rate)
+    return fine if kept_share(fine) <= MAXIMUM else LiveBass(instrument, QUALITIES[LIGHT], rate)
 
 
 def best_qualities(basses: Mapping[str, Instrument], rate: int, enough: float = ENOUGH) -> dict[str, str]:
@@ -46,7 +46,7 @@ def best_qualities(basses: Mapping[str, Instrument], rate: int, enough: float = 
     for name, instrument in basses.items():
         bass = LiveBass(instrument, QUALITIES[FINE], rate)
         share = kept_share(bass) if time.monotonic() < began + enough else _known_share(bass)
-        found[name] = FINE if share is not None and share <= MOST else LIGHT
+        found[name] = FINE if share is not None and share <= MAXIMUM else LIGHT
     return found
 
 

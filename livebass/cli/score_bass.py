@@ -7,7 +7,7 @@ from collections.abc import Callable
 import click
 import numpy as np
 
-from livebass.cli.taken import shown
+from livebass.cli.take_bass import bass_line
 from livebass.kernels.player.messages import NOTE_ON
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
@@ -24,24 +24,26 @@ def programs_of(score: Score) -> dict[int, str]:
     return {number - 1: name for number, name in PROGRAMS.items()}
 
 
-def preset_of(score: Score | None, usual: str) -> str:
+def preset_of(score: Score | None, default: str) -> str:
     """The preset that a file begins with, by its program or named by a take, else the usual one."""
-    return usual if score is None or score.program is None else programs_of(score).get(score.program, usual)
+    return default if score is None or score.program is None else programs_of(score).get(score.program, default)
 
 
-def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tuple[Instrument, dict[int, Instrument]]:
+def basses_of(
+    score: Score, default: str, load: Callable[[str], Instrument]
+) -> tuple[Instrument, dict[int, Instrument]]:
     """The bass that a file begins with, and the ones that its program changes choose, by program from 0."""
     known = programs_of(score)
     names = {program: known[program] for _, program in score.changes if program in known}
-    first = preset_of(score, usual)
+    first = preset_of(score, default)
     basses = {name: load(name) for name in dict.fromkeys([first, *names.values()])}
     return basses[first], {program: basses[name] for program, name in names.items()}
 
 
-def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None]]:
+def later_presets(score: Score, default: str) -> list[tuple[float, int, str | None]]:
     """(time s, program from 1, preset) of each change of bass in mid-file; preset None: it chooses no bass."""
     known = programs_of(score)
-    now, found = preset_of(score, usual), list[tuple[float, int, str | None]]()
+    now, found = preset_of(score, default), list[tuple[float, int, str | None]]()
     for frame, program in score.changes:
         preset = known.get(program)
         if preset is None or preset != now:
@@ -50,21 +52,21 @@ def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None
     return found
 
 
-def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
-    """Messages before a file is played on `preset`; None: on the presets its programs choose, or on `usual`."""
+def remarks(score: Score, preset: str | None, default: str) -> list[str]:
+    """Messages before a file is played on `preset`; None: on the presets its programs choose, or on `default`."""
     lines = list(score.remarks)
     if preset is not None:
         return lines
     if score.basses:
-        return lines + _remarks_of_take(score, usual)
+        return lines + _take_remarks(score, default)
     none = f"chooses no bass, {min(PROGRAMS)} to {max(PROGRAMS)} do"
-    first = preset_of(score, usual)
+    first = preset_of(score, default)
     if score.program is not None and score.program + 1 not in PROGRAMS:
-        lines.append(f"program {score.program + 1} {none}: played on {usual}")
-    elif score.program is not None and first != usual:
+        lines.append(f"program {score.program + 1} {none}: played on {default}")
+    elif score.program is not None and first != default:
         lines.append(f"program {score.program + 1}: played on {first}")
     said = set()
-    for seconds, program, chosen in later_presets(score, usual):
+    for seconds, program, chosen in later_presets(score, default):
         if chosen is not None:
             lines.append(f"program {program} at {seconds:.1f} s: played on {chosen} from there")
         elif program not in said:
@@ -73,27 +75,27 @@ def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
     return lines
 
 
-def _remarks_of_take(score: Score, usual: str) -> list[str]:
+def _take_remarks(score: Score, default: str) -> list[str]:
     """Lines about the basses that a take names, except one that would play it anyway."""
     basses = {bass.program: bass for bass in reversed(score.basses)}
     first = basses.get(-1 if score.program is None else score.program)
-    lines = [f"played on {shown(first)}"] if first and (first.preset != usual or first.given) else []
-    for seconds, program, _ in later_presets(score, usual):
-        lines.append(f"played on {shown(basses[program - 1])} from {seconds:.1f} s on")
+    lines = [f"played on {bass_line(first)}"] if first and (first.preset != default or first.given) else []
+    for seconds, program, _ in later_presets(score, default):
+        lines.append(f"played on {bass_line(basses[program - 1])} from {seconds:.1f} s on")
     return lines
 
 
-def check_range(bass: Instrument, note: int, usual: str) -> None:
-    """Raises UsageError for a note that `bass` lacks; names a preset that has it, preferably `usual`."""
+def check_range(bass: Instrument, note: int, default: str) -> None:
+    """Raises UsageError for a note that `bass` lacks; names a preset that has it, preferably `default`."""
     lowest, highest = bass.note_range
     if not lowest <= note <= highest:
-        other = preset_with(note, usual)
+        other = preset_with(note, default)
         hint = f"-p {other} plays it" if other else "no preset that comes with livebass has it"
         ends = f"{note_name(lowest)} to {note_name(highest)}"
         raise click.UsageError(f"--note {note_name(note)}: {bass.name} has {ends}; {hint}")
 
 
-def beyond_range(bass: Instrument, score: Score, usual: str) -> list[str]:
+def beyond_range(bass: Instrument, score: Score, default: str) -> list[str]:
     """Lines about key switches of another instrument, and notes below the lowest string and who plays them."""
     score, lowest = without_foreign_switches(score, bass), bass.note_range[0]
     count = score.left_out
@@ -111,7 +113,7 @@ def beyond_range(bass: Instrument, score: Score, usual: str) -> list[str]:
         become = f"sound{'s' * one} {'an octave' if lowest - below[0] <= 12 else 'octaves'} higher"
     text = f"{len(below)} note{' lies' if one else 's lie'} below {note_name(lowest)} and {become}"
     for number, note in enumerate(below):
-        if other := preset_with(note, usual):
+        if other := preset_with(note, default):
             reached = len(below) - number
             which = f"{reached} of them" if number else "it" if one else "them"
             return [*lines, f"{text}; -p {other} plays {which}"]
