@@ -2,7 +2,7 @@
 
 Fingers are numbered (records.TOUCHES): the palm has the first three, harmonics the last, ghost notes the last two. Half
 widths are standard deviations (touch.py): 2.3 and 3.5 mm match fingertips that touch 8 and 12 mm evenly. Resistances
-are multiples of the string's impedance.
+are multiples of the string's impedance. `damping.lay_finger` lays them on the string; `string/touch.py` damps by them.
 """
 
 import numpy as np

@@ -1,6 +1,7 @@
 """Chooses the bass parts of a MIDI file: one rule for everything that plays files.
 
-The first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
+`choose` takes what was requested: a channel, a part, all but drums; of a take, everything. Otherwise `choose_by_rule`
+takes the first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
 program; the only part that is not drums; of several parts without programs, the lowest in a bass's range. Of two chosen
 parts with the same notes, as files make a fuller sound, one plays.
 """

@@ -320,6 +320,9 @@ void lb_forget_kept(lb_instance *); /* frees what was kept */
 void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
 /* Restores what was kept last and has changed since, if there is any. [the window's thread] */
 void lb_undo(lb_instance *);
+/* Reads the values, A and B, and the name of the bass, the missing one if one is missing. [not the audio thread] */
+void lb_read_present(const lb_instance *, double values[LB_PARAMETERS], lb_sides *, char name[LB_STATE_NAME]);
+char *lb_read_unknown(const lb_instance *); /* a copy by malloc; 0: there is none. [not the audio thread] */
 
 /* --- of response.c --- */
 
@@ -327,10 +330,6 @@ void lb_undo(lb_instance *);
 void lb_set_response(lb_instance *, lb_response *);
 void lb_response_title(lb_instance *, char *text, size_t room); /* "none", or the name of its file without ending */
 void lb_free_response(lb_response *);                           /* takes one user away; may be 0 */
-
-/* Reads the values, A and B, and the name of the bass, the missing one if one is missing. [not the audio thread] */
-void lb_read_present(const lb_instance *, double values[LB_PARAMETERS], lb_sides *, char name[LB_STATE_NAME]);
-char *lb_read_unknown(const lb_instance *); /* a copy by malloc; 0: there is none. [not the audio thread] */
 
 /* --- of session.c --- */
 
@@ -369,7 +368,8 @@ const char *lb_take_sound(lb_instance *, const char *path);
 const char *lb_take_text(lb_instance *, const char *text);
 /* Loads a response from a WAV file, "": none, in the same way. */
 const char *lb_take_response(lb_instance *, const char *path);
-/* Takes a file that is dropped on the window, a path or a list of addresses: a sound or a response, in the same way. */
+/* Takes a file that is dropped on the window, a path or a list of addresses, in the same way: a sound (.toml), a response
+   (.wav), or else a MIDI file, which plays (song.c). */
 const char *lb_take_dropped(lb_instance *, const char *text);
 /* Writes the folder of the factory's sounds beside the instruments, LB_PATH bytes; returns 0 if it does not fit. */
 int lb_factory_sounds(const char *instruments, char *folder);

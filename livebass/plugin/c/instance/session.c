@@ -1,7 +1,7 @@
 /* The state that a session keeps of an instance: words that later plugins read too, with the bass itself.
 
    It is a text of lines `name = value` in sections, as sounds are, in the engine's units. What this plugin does not know
-   is kept and written again. The last line has a checksum of all bytes before. */
+   is kept and written again. The last line has a checksum of all bytes before. LV2 keeps properties instead (lv2.c). */
 #include "instance/response.h"
 #include "instance/text.h"
 

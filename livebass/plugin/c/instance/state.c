@@ -1,4 +1,4 @@
-/* An instance's kept values: A and B, Undo, and what a session keeps. */
+/* An instance's values now: A and B, Undo, and taking over what a session kept, which session.c reads and writes. */
 #include "instance/instance.h"
 #include "system/lock.h"
 #include "instance/response.h"

@@ -18,7 +18,7 @@ enum { LB_MAX_SIZE = 8192 }; /* pixels per side */
 
 typedef struct lb_window lb_window;
 /* Opens a window in `parent`, width x height pixels (Cocoa: points), that shows a picture at a scale and passes pointer
-   events to it. The picture must live until the window is closed. With X11 the window draws and handles events in its
+   events, keys and dropped files to it. The picture must live until the window is closed. With X11 the window draws and handles events in its
    own thread, elsewhere in the thread that opens it. Returns 0 if no window can be opened. [main thread] */
 lb_window *lb_open_window(lb_picture *, uintptr_t parent, int width, int height, double scale);
 void lb_close_window(lb_window *); /* may be 0. [main thread] */

@@ -1,5 +1,6 @@
-// Draws the strings over the neck, the last string from the side, the last note's hits, and the spectrum. Without sound
-// nothing is drawn again.
+// Draws the strings over the neck, the last string from the side, the last note, and the spectrum. Contacts of the last
+// moments are sparks (`drawNeck`, `drawCrowns`), those of the last note dots (`drawNote`). Without sound nothing is drawn
+// again.
 import {FULL_SPEED, POINTS, SHOWN} from "./see.js";
 
 const NOTE_SPAN = 1000 * SHOWN.after; // ms in the last note's picture
