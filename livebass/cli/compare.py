@@ -10,19 +10,9 @@ from typing import Any
 
 import click
 
+from livebass.cli import options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.messages import say
-from livebass.cli.options import (
-    PATH,
-    count_option,
-    file_option,
-    files_to_write,
-    flag,
-    option,
-    preset_option,
-    seed_option,
-    write_results,
-)
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
@@ -47,27 +37,29 @@ def _velocities(text: str) -> tuple[int, ...]:
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.argument("recordings", nargs=-1, type=PATH, metavar="[REAL...]")
-@preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
-@option(
+@click.argument("recordings", nargs=-1, type=options.PATH, metavar="[REAL...]")
+@options.preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
+@options.option(
     "--beside",
-    PATH,
+    options.PATH,
     "Recordings, or a folder of them, to compare instead of presets; repeatable.",
     multiple=True,
     metavar="FILE|DIR",
 )
-@option("-q --quality", click.Choice(list(QUALITIES)), "Precision of the presets' strings.", default="studio")
-@option(
+@options.option("-q --quality", click.Choice(list(QUALITIES)), "Precision of the presets' strings.", default="studio")
+@options.option(
     "--velocities",
     Parsed("n,n...", _velocities),
     "Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
 )
-@count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
-@seed_option()
-@option("--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]")
-@file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
-@flag("--tell", "Say how well each bass can be told from real ones, instead of comparing.")
-@file_option("--json json_file", "Write all figures, also for each note, as JSON.")
+@options.count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
+@options.seed_option()
+@options.option(
+    "--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]"
+)
+@options.file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
+@options.flag("--tell", "Say how well each bass can be told from real ones, instead of comparing.")
+@options.file_option("--json json_file", "Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
     tell: bool, output: Path | None, json_file: Path | None, **how: Any,
@@ -107,7 +99,7 @@ def compare(
         raise click.UsageError("--tell: name recordings, or a preset with -p")
     if tell and output is not None:
         raise click.UsageError("-o: --tell has no page; use --json")
-    places = files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))
+    places = options.files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))
     if output is not None:
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
@@ -135,7 +127,7 @@ def compare(
         assert isinstance(result, Comparison)
         return page(result)
 
-    write_results([(json_file, result.json), (output, drawn)], result.table())
+    options.write_results([(json_file, result.json), (output, drawn)], result.table())
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
     say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli import options
 from livebass.cli.compare import TECHNIQUES
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.messages import say
-from livebass.cli.options import DEFAULT_PRESET, PATH, count_option, file_option, flag, option
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.study import Interrupted
 from livebass.cli.tuning import tuning_type
@@ -33,36 +33,32 @@ GROUPS = {
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.argument("notes", nargs=-1, type=PATH, metavar="NOTES...")
-@option("--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]")
-@option("--tuning", tuning_type, "Tuning of the open strings, as for play.")
-@option(
+@click.argument("notes", nargs=-1, type=options.PATH, metavar="NOTES...")
+@options.option(
+    "--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]"
+)
+@options.option("--tuning", tuning_type, "Tuning of the open strings, as for play.")
+@options.option(
     "--beside",
-    PATH,
+    options.PATH,
     "Notes of another real bass, to show how far apart real basses are; repeatable.",
     multiple=True,
     metavar="DIR",
 )
-@option(
+@options.option(
     "--like",
     str,
     "The preset to begin with; the new one takes everything else from it.  [default: the nearest shipped one]",
     metavar="NAME|FILE",
 )
-@count_option("--seed", 2**31, "Seed of the search.", minimum=0, metavar="number", default=0)
-@count_option("--evaluations", 100_000, "Trials of the search.", minimum=12, default=TRIALS)
-@option("--minutes", Number("number", 0.01, 10_000), "End the search after this time.")
-@count_option("--workers", 1024, "Number of processes.  [default: one per core]")
-@option(
-    "--scheduler",
-    str,
-    "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.",
-    metavar="ADDRESS",
-)
-@file_option("-o --output", "Preset to write.", metavar="FILE.toml")
+@options.count_option("--seed", 2**31, "Seed of the search.", minimum=0, metavar="number", default=0)
+@options.count_option("--evaluations", 100_000, "Trials of the search.", minimum=12, default=TRIALS)
+@options.option("--minutes", Number("number", 0.01, 10_000), "End the search after this time.")
+@options.cluster_options
+@options.file_option("-o --output", "Preset to write.", metavar="FILE.toml")
 @click.option("--page/--no-page", default=True, help="Write a page of the same name; needs Matplotlib.")
-@flag("--guide", "Print what to play, for the strings of --like and --tuning.")
-@option("--record", PATH, "With --guide: ask for each note and record it to DIR.", metavar="DIR")
+@options.flag("--guide", "Print what to play, for the strings of --like and --tuning.")
+@options.option("--record", options.PATH, "With --guide: ask for each note and record it to DIR.", metavar="DIR")
 def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path | None, **how: Any) -> None:
     """Turn recorded notes of your bass into a preset.
 
@@ -85,14 +81,13 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
       livebass fit my-bass --like jazz-finger --minutes 5 -o my-bass.toml
     """
     if guide or record is not None:
-        _guide(how["like"] or DEFAULT_PRESET, how["tuning"], guide, record)
+        _guide(how["like"] or options.DEFAULT_PRESET, how["tuning"], guide, record)
         return
     if not notes or output is None:
         raise click.UsageError("give NOTES... and -o FILE.toml, or --guide")
     if output.suffix != ".toml":
         raise click.UsageError(f"-o {output}: a preset's name ends in .toml")
-    if how["workers"] is not None and how["scheduler"] is not None:
-        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
+    options.check_cluster(how["workers"], how["scheduler"])
     _fit(notes, output, **how)
 
 

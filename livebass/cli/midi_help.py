@@ -6,21 +6,11 @@ import textwrap
 from collections.abc import Iterator
 
 from livebass.model.keymap import COUNTING, MODO, PLACE, named_keys
-from livebass.rows.techniques import (
-    FRETS,
-    FUNCTION_ROWS,
-    HAND_AT,
-    LEARNABLE,
-    LEARNED,
-    ON_STRING,
-    PARAMETERS,
-    TECHNIQUE_ROWS,
-    Technique,
-)
+from livebass.rows import techniques
 from livebass.rows.units import pitch_name
 
 WIDTH, INDENT = 120, 20  # characters
-LEARNT = f"{', '.join(LEARNABLE[:-1])} or {LEARNABLE[-1]}"
+LEARNT = f"{', '.join(techniques.LEARNABLE[:-1])} or {techniques.LEARNABLE[-1]}"
 NOTES = {
     "1-16 channels": "--channel selects one; the default is all",
     "note-on": "velocity is the force of the pluck, by --velocity-curve; the note decides string and fret",
@@ -28,7 +18,8 @@ NOTES = {
     "pitch bend": "2 semitones, or as RPN 0 sets, up to 96",
 }
 OTHERS = {
-    f"{LEARNED} to {LEARNED + PARAMETERS - 1}": f"{', '.join(LEARNABLE)}; MIDI takes record here what --learn moves",
+    f"{techniques.LEARNED} to {techniques.LEARNED + techniques.PARAMETERS - 1}": f"{', '.join(techniques.LEARNABLE)}; "
+    "MIDI takes record here what --learn moves",
     "program": "General MIDI 33 to 38 choose a preset, see `livebass presets list`; in a --file only without -p",
     "6, 38, 100, 101": "RPN 0: range of the pitch bend; RPN 1 and 2: tuning; RPN 6: MPE, where each note has its own "
     "bend, vibrato by pressure and plucking place by controller 74",
@@ -50,7 +41,7 @@ def controllers_text() -> str:
     """Returns the text of `play --controllers` for the default key map."""
     lines = [*NOTES.items(), *((f"controller {label}", said) for label, said in controllers()), *OTHERS.items()]
     keys = [("modo", "modo-12", "hold: while the key is down")]
-    for row in TECHNIQUE_ROWS.values():
+    for row in techniques.TECHNIQUE_ROWS.values():
         keys += switches(row)
     wide = [max(len(row[column]) for row in keys) + 2 for column in range(2)]
     return "\n".join(
@@ -73,12 +64,15 @@ def controllers() -> Iterator[tuple[str, str]]:
     """The controllers of each function in the default map, in order, and its help."""
     numbers = dict(sorted({**dict(MODO.controllers), PLACE: "place"}.items()))
     for symbol in dict.fromkeys(numbers.values()):
-        yield ", ".join(str(n) for n, other in numbers.items() if other == symbol), FUNCTION_ROWS[symbol].help
+        yield (
+            ", ".join(str(n) for n, other in numbers.items() if other == symbol),
+            techniques.FUNCTION_ROWS[symbol].help,
+        )
 
 
-def switches(row: Technique) -> list[tuple[str, str, str]]:
+def switches(row: techniques.Technique) -> list[tuple[str, str, str]]:
     """The keys of a technique in both maps, and its effect; for the technique that chooses a string, one by one."""
-    if row.number != ON_STRING:
+    if row.number != techniques.ON_STRING:
         return [(named_keys(row.modo), named_keys(row.modo_12), f"{row.trigger}: {meaning(row)}")]
     return [
         (named_keys((low,)), named_keys((high,)), f"{row.trigger}: {row.help}: {pitch_name(low)}")
@@ -86,12 +80,12 @@ def switches(row: Technique) -> list[tuple[str, str, str]]:
     ]
 
 
-def meaning(row: Technique) -> str:
+def meaning(row: techniques.Technique) -> str:
     """Explains the effect of a technique, and its values."""
-    values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
+    values = {techniques.ON_STRING: f": {open_notes(row)}", techniques.HAND_AT: f", 1 to {techniques.FRETS}"}
     return row.help + values.get(row.number, "")
 
 
-def open_notes(row: Technique) -> str:
+def open_notes(row: techniques.Technique) -> str:
     """The open notes that the keys of a technique select in the map of MODO BASS."""
     return " ".join(pitch_name(key) for key in row.modo)

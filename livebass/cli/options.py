@@ -90,6 +90,23 @@ def count_option(
     return option(name, Number(metavar, minimum, maximum, whole=True), help, **more)
 
 
+cluster_options = together(
+    count_option("--workers", 1024, "Number of processes.  [default: one per core]"),
+    option(
+        "--scheduler",
+        str,
+        "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.",
+        metavar="ADDRESS",
+    ),
+)
+
+
+def check_cluster(workers: int | None, scheduler: str | None) -> None:
+    """Raises UsageError if both `cluster_options` are given."""
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
+
+
 def seed_option(maximum: int = 2**31) -> Decorator:
     """The option --seed."""
     text = "Seed of the player's small variations; the same seed gives the same result."

@@ -8,17 +8,8 @@ from typing import Any
 
 import click
 
+from livebass.cli import options
 from livebass.cli.messages import say, wrap_row
-from livebass.cli.options import (
-    DEFAULT_PRESET,
-    PATH,
-    file_option,
-    files_to_write,
-    flag,
-    option,
-    preset_option,
-    write_results,
-)
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
 from livebass.lab.identification import limits
@@ -34,8 +25,8 @@ def presets() -> None:
 
 
 @presets.command("list")
-@flag("--sounds", "List the factory sounds instead: basses with sliders, effects and a way to play them.")
-@flag("--revisions", "List the presets' revisions instead: each loads as NAME@REVISION.")
+@options.flag("--sounds", "List the factory sounds instead: basses with sliders, effects and a way to play them.")
+@options.flag("--revisions", "List the presets' revisions instead: each loads as NAME@REVISION.")
 def list_(sounds: bool, revisions: bool) -> None:
     """List the presets that come with livebass.
 
@@ -134,38 +125,38 @@ MAX_RESONANCES = 16
 
 
 @click.command()
-@click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="RECORDING...")
-@preset_option(
+@click.argument("recordings", nargs=-1, required=True, type=options.PATH, metavar="RECORDING...")
+@options.preset_option(
     "The bass that has the string; the new preset takes everything else from it.",
-    default=DEFAULT_PRESET,
+    default=options.DEFAULT_PRESET,
     show_default=True,
 )
-@option("--string string", str, "Name of the string.  [default: the one tuned nearest]", metavar="NAME")
-@option("--note", NOTE, "Its open note.  [default: the note of --string, or the pitch heard]")
-@option("--f0", Quantity(*limits.F0), "Its pitch in Hz, within a semitone, instead of --note.")
-@option("--modes", Number("count", *limits.MODES, whole=True), "Number of partials to look for.", default=60)
-@option(
+@options.option("--string string", str, "Name of the string.  [default: the one tuned nearest]", metavar="NAME")
+@options.option("--note", NOTE, "Its open note.  [default: the note of --string, or the pitch heard]")
+@options.option("--f0", Quantity(*limits.F0), "Its pitch in Hz, within a semitone, instead of --note.")
+@options.option("--modes", Number("count", *limits.MODES, whole=True), "Number of partials to look for.", default=60)
+@options.option(
     "--start",
     Quantity(*limits.START),
     "Time to skip after each attack; more if the string rattles.",
     default="20ms",
 )
-@option("--duration", Quantity(*limits.DURATION), "Longest part of each note to use.", default="5s")
-@option(
+@options.option("--duration", Quantity(*limits.DURATION), "Longest part of each note to use.", default="5s")
+@options.option(
     "--channel",
     Number("number", *limits.CHANNELS, whole=True),
     "Channel of the recordings; 1 is left.  [default: the loudest]",
 )
-@option(
+@options.option(
     "--neck",
     click.Choice(["table", "resonances"]),
     "How the preset describes the loss to the neck: by partial, or by resonances (takes about 10 s).",
     default="table",
 )
-@flag("--only-string", "Fit only the string; keep the preset's pluck, pickups and tone.")
-@file_option("-o --output", "Preset to write.", metavar="FILE.toml")
-@file_option("--json json_file", "Write all results as JSON.")
-@file_option("--csv csv_file", "Write the partials as CSV.")
+@options.flag("--only-string", "Fit only the string; keep the preset's pluck, pickups and tone.")
+@options.file_option("-o --output", "Preset to write.", metavar="FILE.toml")
+@options.file_option("--json json_file", "Write all results as JSON.")
+@options.file_option("--csv csv_file", "Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, neck: str, output: Path | None, json_file: Path | None,
     csv_file: Path | None, **how: Any,
@@ -197,7 +188,7 @@ def identify(
         raise click.UsageError("give one of --note and --f0")
     if output is not None and output.suffix != ".toml":
         raise click.UsageError(f"{output}: a preset's name ends in .toml")
-    outputs = files_to_write({"--output": output, "--json": json_file, "--csv": csv_file}, recordings)
+    outputs = options.files_to_write({"--output": output, "--json": json_file, "--csv": csv_file}, recordings)
     from livebass.preset.load import load_preset, preset_tables
     from livebass.report.picture import check_installed
 
@@ -223,7 +214,7 @@ def identify(
         (json_file, lambda: identified_json(result, resonances)),
         (csv_file, lambda: partials_csv(result)),
     ]
-    write_results(made, table(result) + (neck_table(fit) if fit else ""))
+    options.write_results(made, table(result) + (neck_table(fit) if fit else ""))
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""

@@ -9,19 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli import options
 from livebass.cli.messages import say
-from livebass.cli.options import (
-    CREATED,
-    count_option,
-    file_option,
-    flag,
-    folder_option,
-    folder_to_write,
-    option,
-    preset_option,
-    quality_option,
-    together,
-)
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Parsed, Quantity
 from livebass.lab.experiment.quantities import DEFAULT_QUANTITIES, QUANTITIES
@@ -34,39 +23,39 @@ if TYPE_CHECKING:
 
 FILES = ("claims.json", "claims.csv", "claims.html")
 # For one pluck of one string, and the precision of its solution.
-pluck_options = together(
-    preset_option("The bass.", default="paper-g", show_default=True),
-    option("--string", str, "Name of the string.", default="G"),
-    option("--fret", Number("number", 0, 36, whole=True), "0 is open.", default=0),
-    option(
+pluck_options = options.together(
+    options.preset_option("The bass.", default="paper-g", show_default=True),
+    options.option("--string", str, "Name of the string.", default="G"),
+    options.option("--fret", Number("number", 0, 36, whole=True), "0 is open.", default=0),
+    options.option(
         "--apex", Quantity(*APEX), "How far the string is pulled.  [default: 3.6mm]", default=3.6e-3, show_default=False
     ),
-    option(
+    options.option(
         "--at",
         Quantity(*AT),
         "Place of the pluck, from the nut or the pressed fret.",
         default="0.64m",
     ),
-    option(
+    options.option(
         "--angle",
         Quantity(*ANGLE),
         "Direction of the pull: 0deg is away from the neck, 90deg across it.",
         default="0deg",
     ),
-    option("--duration", Quantity(*DURATION), "Length of the motion.", default="1s"),
-    quality_option("reference", "Precision of the string."),
-    option("--modes", MODES, "Number of modes of the stopped string; replaces the quality's."),
+    options.option("--duration", Quantity(*DURATION), "Length of the motion.", default="1s"),
+    options.quality_option("reference", "Precision of the string."),
+    options.option("--modes", MODES, "Number of modes of the stopped string; replaces the quality's."),
 )
 
 
 @click.command()
 @click.argument("ids", nargs=-1, metavar="[ID]...")
-@folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
-@file_option("--json file", "Write it as JSON to FILE.")
-@count_option(
+@options.folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
+@options.file_option("--json file", "Write it as JSON to FILE.")
+@options.count_option(
     "--plucks", 1000, "Plucks that judge claims about contacts; 0: only the paper's own pluck.", default=40, minimum=0
 )
-@count_option("--workers", 64, "Number of threads.  [default: one per core]")
+@options.count_option("--workers", 64, "Number of threads.  [default: one per core]")
 def claims(
     ids: tuple[str, ...], output: Path | None, file: Path | None, plucks: int, workers: int | None
 ) -> int:  # fmt: skip
@@ -133,7 +122,7 @@ def _quantities() -> str:
 
 
 @click.command(epilog=_quantities())
-@option(
+@options.option(
     "--vary axes",
     Parsed("axis", _axis),
     "A parameter and its values; repeatable.",
@@ -141,25 +130,24 @@ def _quantities() -> str:
     metavar="KEY=FROM:TO:N[:log]",
 )
 @pluck_options
-@option(
+@options.option(
     "--contact-rate",
     CONTACT_RATE,
     "Steps a second in contact, such as 8MHz, rounded up to a multiple of 51.2 kHz; replaces the quality's.",
 )
-@option(
+@options.option(
     "--quantity quantities",
     click.Choice(list(QUANTITIES)),
     f"Quantity to draw; repeatable.  [default: {', '.join(DEFAULT_QUANTITIES)}]",
     metavar="NAME",
     multiple=True,
 )
-@option("--picture/--no-picture", bool, "Draw the quantities; needs matplotlib.", default=True, show_default=False)
-@count_option("--workers", 1024, "Number of processes.  [default: one per core]")
-@option(
-    "--scheduler", str, "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.", metavar="ADDRESS"
+@options.option(
+    "--picture/--no-picture", bool, "Draw the quantities; needs matplotlib.", default=True, show_default=False
 )
-@file_option("--json file", "Also write everything to FILE as JSON.")
-@folder_option(CREATED, "directory", required=True)
+@options.cluster_options
+@options.file_option("--json file", "Also write everything to FILE as JSON.")
+@options.folder_option(options.CREATED, "directory", required=True)
 def sweep(
     axes: tuple[Axis, ...],
     quantities: tuple[str, ...],
@@ -198,8 +186,7 @@ def sweep(
 
     if not axes:
         raise click.UsageError(f"--vary {USAGE}")
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
+    options.check_cluster(workers, scheduler)
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
     settings = Settings(quality=quality, **pluck)
     draw = picture and sweeping.drawable(axes)
@@ -272,20 +259,20 @@ def _title(settings: Settings) -> str:
 
 @click.command()
 @pluck_options
-@option("--contact-rate", CONTACT_RATE, "Steps a second in contact, such as 8MHz; replaces the quality's.")
-@option("--rate", RATE, "Sample rate of the output.", default=44100)
-@option(
+@options.option("--contact-rate", CONTACT_RATE, "Steps a second in contact, such as 8MHz; replaces the quality's.")
+@options.option("--rate", RATE, "Sample rate of the output.", default=44100)
+@options.option(
     "--solver", click.Choice(["engine", "reference"]), "reference: brute force, step by step; slow.", default="engine"
 )
-@flag("--analyse", "Also write pitch, characteristic frequency, energies and T60.")
-@option(
+@options.flag("--analyse", "Also write pitch, characteristic frequency, energies and T60.")
+@options.option(
     "--shape-at",
     Quantity("time", 0, 60),
     "Also write the string's shape at this time, such as 3.9ms; repeatable.",
     multiple=True,
     metavar="TIME",
 )
-@folder_option(CREATED, required=True)
+@options.folder_option(options.CREATED, required=True)
 def simulate(
     preset: str, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...], output: Path, **pluck: Any
 ) -> None:  # fmt: skip
@@ -307,7 +294,7 @@ def simulate(
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
-    folder_to_write(output)  # now, not after compiling
+    options.folder_to_write(output)  # now, not after compiling
     if solver == "engine":
         have_kernels()
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
@@ -349,17 +336,19 @@ def list_studies() -> None:
 
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
-@folder_option(CREATED, required=True)
-@file_option("--json json_file", "Also write all numbers as JSON.")
-@option("--duration", Quantity("time", 0.1, 10), "Length of each motion; replaces the study's own (mostly 1 s).")
-@count_option(
+@options.folder_option(options.CREATED, required=True)
+@options.file_option("--json json_file", "Also write all numbers as JSON.")
+@options.option(
+    "--duration", Quantity("time", 0.1, 10), "Length of each motion; replaces the study's own (mostly 1 s)."
+)
+@options.count_option(
     "--workers",
     256,
     "Number of motions computed at once.  [default: one per core]",
     default=core_count(),
     show_default=False,
 )
-@flag("--player", "Also write the page that plays, and link the cases to it.")
+@options.flag("--player", "Also write the page that plays, and link the cases to it.")
 def run(
     names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int, player: bool
 ) -> None:
@@ -379,7 +368,7 @@ def run(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()
-    folder_to_write(output)  # now, not after compiling
+    options.folder_to_write(output)  # now, not after compiling
     have_kernels()
     if player:
         _write_player(output)

@@ -13,15 +13,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.engine import prepare
 from livebass.engine.image import image
-from livebass.engine.prepare import (
-    Pool,
-    Rates,
-    follow_performer,
-    play_frames,
-    take_message,
-    whole_contact_rate,
-)
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
@@ -222,7 +215,7 @@ class Engine(Playing):
         self.instrument, self.rate, self.strings = instrument, rate, len(instrument.strings)
         self.quality = quality = quality.for_contact(instrument.loss, instrument.over_board)
         coarse = self.coarse and self.coarse.for_contact(instrument.loss, instrument.over_board)
-        self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
+        self.rates = prepare.Rates(rate, prepare.whole_contact_rate(quality.contact_rate, rate))
         self.frets = instrument.frets
         self.image = image(instrument, quality, coarse)
         self.numbers = self.image.numbers
@@ -251,7 +244,7 @@ class Engine(Playing):
             self._take(events[: int(self.performer["out"]["count"][0])])
 
     @property
-    def pool(self) -> Pool:
+    def pool(self) -> prepare.Pool:
         """Its operators in the current quality."""
         return self.pools[0]
 
@@ -276,7 +269,7 @@ class Engine(Playing):
         events = np.zeros(performer.MAX_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for frame, word in zip(frames.tolist(), words.tolist(), strict=True):
-            count = take_message(self.performer, self.pool.records, frame, row_of(word), events, count)
+            count = prepare.take_message(self.performer, self.pool.records, frame, row_of(word), events, count)
         self._take(events[:count])
         return events[:count]
 
@@ -290,7 +283,7 @@ class Engine(Playing):
 
     def follow(self, old: Engine) -> None:
         """Copies the controllers of `old` to this engine, which has not played."""
-        follow_performer(self.voices, self.performer, old.performer)
+        prepare.follow_performer(self.voices, self.performer, old.performer)
         self._floor["gain_wanted"] = self.voices[0].record["gain_wanted"]
 
     def _take(self, events: NDArray[np.void]) -> None:
@@ -346,7 +339,7 @@ class Engine(Playing):
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
         events = self._pending[i]
-        return play_frames(self.voices[i], self.pool.records[i], events, out)
+        return prepare.play_frames(self.voices[i], self.pool.records[i], events, out)
 
     def sounding(self) -> bool:
         return any(v.sounding() for v in self.voices) or bool(still_ring(self.bass.effects))

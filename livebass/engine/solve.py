@@ -8,20 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.engine.prepare import (
-    Note,
-    Pool,
-    Rates,
-    Rows,
-    Voice,
-    instrument_numbers,
-    modal_row,
-    new_voice,
-    operators,
-    pickup_taps,
-    pickup_voices,
-    play_frames,
-)
+from livebass.engine import prepare
 from livebass.kernels.string.preparing import PICKUPS, SAMPLED, SENSORS
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
@@ -32,21 +19,21 @@ from livebass.rows.bounds import refusal
 LOG = 1 << 16  # contacts between two reads of the log
 
 
-def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
+def trial_voice(trial: Trial, log: int = LOG) -> tuple[prepare.Voice, prepare.Pool]:
     """A string ready for the pluck of `trial`, with displacement as output, and its operator."""
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise refusal("rates", "whole numbers of Hz", f"{trial.output_rate:.10g} and {trial.contact_rate:.10g} Hz")
-    rates = Rates(int(trial.output_rate), int(trial.contact_rate))
-    note = Note(trial.speaking, trial.modes, sensors(trial))
-    pool = operators([[note]], SAMPLED, rates, lossless=trial.lossless)
-    state = new_voice(rates, log)
+    rates = prepare.Rates(int(trial.output_rate), int(trial.contact_rate))
+    note = prepare.Note(trial.speaking, trial.modes, sensors(trial))
+    pool = prepare.operators([[note]], SAMPLED, rates, lossless=trial.lossless)
+    state = prepare.new_voice(rates, log)
     v = state.record
     v["raw"], v["rounding"], v["angle"] = 1, trial.pluck.rounding, trial.pluck.angle
     v["release"], v["follow"] = trial.pluck.release, trial.follow
     return state, pool
 
 
-def sensors(trial: Trial) -> Rows:
+def sensors(trial: Trial) -> prepare.Rows:
     """The taps of u and of v: the place of each sensor, m from the stop."""
     return (trial.sensor,), (trial.sensor if trial.sensor_v is None else trial.sensor_v,)
 
@@ -71,7 +58,7 @@ def solve_trial(trial: Trial) -> Motion:
     for first, end in pairwise(edges):
         if first in trial.states:
             states.append(modal_state(state, trial))
-        play_frames(state, pool.records[0], events, out[first:end], across[first:end])
+        prepare.play_frames(state, pool.records[0], events, out[first:end], across[first:end])
         events = events[:0]
         contacts.append(state.log[: int(state.record[0]["logged"])].copy())
         state.record["logged"] = 0
@@ -90,7 +77,7 @@ def solve_trial(trial: Trial) -> Motion:
     )
 
 
-def modal_state(state: Voice, trial: Trial) -> Floats:
+def modal_state(state: prepare.Voice, trial: Trial) -> Floats:
     """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if plucked along u."""
     if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
         both = initial_amplitudes(trial), initial_amplitudes_across(trial)
@@ -99,7 +86,7 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
     slot = state.slots[int(state.record[0]["slot"])]
     polarisations = [slot["u"], slot["v"]] if trial.oblique else [slot["u"]]
     names = "q", "p", "pace", "sigma"
-    rows = ([modal_row(w, name)[: trial.modes] for w in polarisations] for name in names)
+    rows = ([prepare.modal_row(w, name)[: trial.modes] for w in polarisations] for name in names)
     q, p, pace, sigma = map(np.array, rows)
     return np.stack([q, pace * p - sigma * q], axis=1)
 
@@ -112,16 +99,16 @@ def output_signal(trial: Trial, output: Output) -> NDArray[np.float64]:
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate % trial.output_rate:
         raise ValueError(f"contact rate {trial.contact_rate:g} Hz: no whole multiple of {trial.output_rate:g} Hz")
     s, pluck = trial.speaking, trial.pluck
-    rates = Rates(int(trial.output_rate), int(trial.contact_rate))
+    rates = prepare.Rates(int(trial.output_rate), int(trial.contact_rate))
     sensed = output.kind == "displacement"
-    note = Note(s, trial.modes, sensors(trial) if sensed else pickup_taps(s, output))
-    pool = operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
+    note = prepare.Note(s, trial.modes, sensors(trial) if sensed else prepare.pickup_taps(s, output))
+    pool = prepare.operators([[note]], SENSORS if sensed else PICKUPS, rates, lossless=trial.lossless)
     player = Player(
         pull_time=0.0, rounding=pluck.rounding, pluck_angle=pluck.angle, release_time=pluck.release,
         release_speed=pluck.speed, greatest_apex=pluck.apex,
     )  # fmt: skip
-    numbers = instrument_numbers((s.string,), output, player)
-    (state,) = pickup_voices(numbers, output.coil, rates)
+    numbers = prepare.instrument_numbers((s.string,), output, player)
+    (state,) = prepare.pickup_voices(numbers, output.coil, rates)
     out = np.zeros(trial.samples)
-    play_frames(state, pool.records[0], pluck_event(pluck), out)
+    prepare.play_frames(state, pool.records[0], pluck_event(pluck), out)
     return out

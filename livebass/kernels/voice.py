@@ -11,33 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, reports, stop, tension, touch, turning
-from livebass.kernels.string.records import (
-    BATCH,
-    BEND,
-    BLEND,
-    CUT,
-    EVENT,
-    GAIN,
-    GLIDE,
-    HAMMER,
-    HAND,
-    IDLE,
-    LONGER,
-    MAX_NEAR,
-    NONE,
-    OPERATOR,
-    PLUCK,
-    PULL_OFF,
-    STRIKE_EVENT,
-    STRING,
-    THROW,
-    TIMED_GLIDE,
-    TONE,
-    TOUCH_EVENT,
-    WAVER,
-    WHOLE,
-)
+from livebass.kernels.string import answers, glide, modal, records, reports, stop, tension, touch, turning
 from livebass.kernels.string.slot import REST_EVERY, allow_exchange, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
@@ -45,7 +19,7 @@ DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
 INAUDIBLE = 1e-9  # signal of a string at rest below which the filters' memory counts as silence
 
 
-string_at, operators_at, events_at = record_at(STRING), records_at(OPERATOR), records_at(EVENT)
+string_at, operators_at, events_at = record_at(records.STRING), records_at(records.OPERATOR), records_at(records.EVENT)
 
 
 @entry("int64(int64, int64, int64, int64, int64, int64, int64, int64)")
@@ -111,7 +85,7 @@ def run(string, ops, events, count, out, across):
             answers.next_answer(string)
         else:
             held = hold_sample(string, held)
-            if held == BATCH or is_time_to_rest(voice, voice.frame + 1):
+            if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
                 held = filter_batch(string, out, i + 1, held)
         move_string(string, ops)
         i += 1
@@ -182,55 +156,55 @@ def at_rest(string):
 def handle_event(string, ops, event):
     """Performs one event on the string."""
     voice, slots = string.voice, string.slots
-    begins = event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER)
+    begins = event.kind in (records.PLUCK, records.STRIKE_EVENT, records.THROW, records.HAMMER)
     if voice.still or (begins and at_rest(string)):
         voice.woken = voice.frame
     voice.still = 0
     if begins:
         voice.cut = 0
         voice.ends_in = 0
-    if event.kind == PLUCK:
+    if event.kind == records.PLUCK:
         striking.begin_pluck(string, ops, event)
-    elif event.kind == STRIKE_EVENT:
+    elif event.kind == records.STRIKE_EVENT:
         striking.begin_strike(string, ops, event)
-    elif event.kind == THROW:
+    elif event.kind == records.THROW:
         striking.throw_mass(string, ops, event)
-    elif event.kind == HAND and voice.waiting > 0:
+    elif event.kind == records.HAND and voice.waiting > 0:
         voice.ends_in = voice.wait  # as late as the stroke
         voice.ends_by = event.value
-    elif event.kind == HAND:
+    elif event.kind == records.HAND:
         damping.end_note(string, ops, event.value)
-    elif event.kind == HAMMER:
+    elif event.kind == records.HAMMER:
         fretting.hammer_on(string, ops, event)
-    elif event.kind == PULL_OFF:
+    elif event.kind == records.PULL_OFF:
         fretting.pull_off(string, ops, event)
-    elif event.kind == GLIDE:
+    elif event.kind == records.GLIDE:
         sliding.begin_slide(string, ops, event.fret, event.seconds)
-    elif event.kind == TIMED_GLIDE:
+    elif event.kind == records.TIMED_GLIDE:
         sliding.begin_timed_slide(string, ops, event)
-    elif event.kind == WAVER:
+    elif event.kind == records.WAVER:
         sliding.set_vibrato(voice, event.value, event.rate)
-    elif event.kind == TOUCH_EVENT:
+    elif event.kind == records.TOUCH_EVENT:
         damping.lay_finger(string, ops, event)
-    elif event.kind == IDLE:
+    elif event.kind == records.IDLE:
         voice.idle = np.int64(event.value)
-    elif event.kind == BEND:
+    elif event.kind == records.BEND:
         voice.bend = event.value
         if at_rest(string):
             voice.tuned = voice.bend
-    elif event.kind == GAIN:
+    elif event.kind == records.GAIN:
         voice.gain_wanted = event.value
         if at_rest(string):
             voice.gain = event.value
-    elif event.kind == TONE:
+    elif event.kind == records.TONE:
         voice.tone_wanted = event.value
         if at_rest(string):
             tone.set_tone(voice, event.value)
-    elif event.kind == BLEND:
+    elif event.kind == records.BLEND:
         voice.blend_wanted = event.value
         if at_rest(string):
             tone.set_blend(voice, event.value)
-    elif event.kind == CUT:
+    elif event.kind == records.CUT:
         if not slots[voice.slot].between:
             voice.slide_to = -1
         pulling.end_pull(string, ops)
@@ -333,8 +307,7 @@ def filter_batch(string, out, end, held):
     Batching changes no sample; it cuts the time of the exponentials to a quarter.
     """
     voice, x, flux = string.voice, string.mixed, string.flux
-    for k in range(held):
-        x[k] = 0.0
+    x[:held] = 0.0
     if voice.pickups == 0:
         for k in range(held):
             x[k] = string.batch[0, k] + voice.across[0] * string.batch[1, k]
@@ -375,8 +348,7 @@ def flush_filters(voice):
     if maximum < INAUDIBLE or not maximum < np.inf:
         voice.block_in = 0.0
         voice.block_out = 0.0
-        for i in range(3):
-            voice.z[i] = 0.0
+        voice.z[:3] = 0.0
 
 
 @jit
@@ -399,19 +371,19 @@ def move_string(string, ops):
         if not slot.on:
             continue
         op = glide.current_operator(string, ops, k)
-        leap = LONGER if steps > op.steps else WHOLE
-        if slot.thumb.on != NONE:
+        leap = records.LONGER if steps > op.steps else records.WHOLE
+        if slot.thumb.on != records.NONE:
             thumb.press_on(slot, op, voice, steps, leap)
         if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
             modal.leap_fading(slot.u, slot.active, leap, slot.hand)
             modal.leap_fading(slot.v, slot.v_active, leap, slot.hand)
         else:
-            over = voice.over_board if op.points > MAX_NEAR else voice.over_frets
+            over = voice.over_board if op.points > records.MAX_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
             if slot.hand < 1.0:
                 modal.scale(slot.u, slot.active, slot.hand)
                 modal.scale(slot.v, slot.v_active, slot.hand)
-        if slot.thumb.on != NONE:
+        if slot.thumb.on != records.NONE:
             thumb.take_off(slot, op, after)
         if slot.offset != 0.0:
             stop.fade_offset(slot, voice.rate)
@@ -437,7 +409,7 @@ def move_string(string, ops):
         for k in range(2):
             slot = string.slots[k]
             working = voice.pulling > 0 or voice.striking > 0 or voice.landing > 0
-            busy = slot.thumb.on != NONE or (k == voice.slot and working)
+            busy = slot.thumb.on != records.NONE or (k == voice.slot and working)
             op = glide.current_operator(string, ops, k)
             if slot.on and not busy:
                 rest_slot(slot, op, voice)

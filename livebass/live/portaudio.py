@@ -18,7 +18,7 @@ from livebass.live.device_errors import OutputLost, one_line
 from livebass.live.guards import JACK_HANGS, answer_of, call_with_timeout, never_release, silenced_stderr
 from livebass.live.jack import jack_library, silence
 from livebass.live.priority import make_realtime
-from livebass.live.synth import Synth
+from livebass.live.synth import Synth, c_function
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
 from livebass.model.quality import BLOCK
@@ -120,7 +120,7 @@ class CallbackData:
         self._desk = synth.desk  # kept alive
         self._record["desk"] = synth.desk.address if synth.desk else 0
         self._record["mono"] = self._mono.ctypes.data
-        self._record["gettid"] = _gettid()
+        self._record["gettid"] = c_function("gettid") if sys.platform == "linux" else 0
         self.address = int(self._record.ctypes.data)
 
     def thread(self) -> int:
@@ -129,16 +129,6 @@ class CallbackData:
         while not self._record["thread"][0] and self._record["gettid"][0] and time.monotonic() < end:
             time.sleep(0.005)
         return int(self._record["thread"][0])
-
-
-def _gettid() -> int:
-    """Address of the C function that returns the scheduler's number of a thread; 0 on systems without."""
-    if sys.platform != "linux":
-        return 0
-    try:
-        return int(ctypes.cast(ctypes.CDLL(None).gettid, ctypes.c_void_p).value or 0)
-    except (AttributeError, OSError):
-        return 0
 
 
 def no_output(device: int | str | None, error: Exception) -> OutputLost:

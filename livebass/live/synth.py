@@ -178,7 +178,7 @@ class Synth:
 
         They look for work until `stop_helpers`. None start on systems without `usleep`. [main thread]
         """
-        usleep = _function("usleep")
+        usleep = c_function("usleep")
         for _ in range(min(count, MAX_HELPERS) if usleep else 0):
             thread = threading.Thread(
                 target=helpers.help_out, args=(self.address, usleep), daemon=True, name="livebass helper"
@@ -392,11 +392,11 @@ class Synth:
 
 def _clock() -> tuple[int, int]:
     """The address of clock_gettime and the number of the monotonic clock; zeros on systems without."""
-    function = _function("clock_gettime")
+    function = c_function("clock_gettime")
     return (function, time.CLOCK_MONOTONIC) if function else (0, 0)
 
 
-def _function(name: str) -> int:
+def c_function(name: str) -> int:
     """The address of a function of the C library; 0 on systems without."""
     try:
         return int(ctypes.cast(getattr(ctypes.CDLL(None), name), ctypes.c_void_p).value or 0)

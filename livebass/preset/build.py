@@ -33,29 +33,8 @@ from livebass.model.instrument import (
     tilt,
 )
 from livebass.model.tuning import over_same_body, tune_string, with_capo
-from livebass.preset.checks import (
-    HEIGHTS_BY_GEOMETRY,
-    Conflict,
-    mm,
-    neck_admittance,
-    neck_surface,
-    overdamped_mode,
-    replaced_keys,
-)
+from livebass.preset import checks, keys
 from livebass.preset.keymap import keys_of_player
-from livebass.preset.keys import (
-    HAND,
-    KEYS,
-    SECTIONS,
-    check_value,
-    each_string,
-    fault,
-    items,
-    key_names,
-    keys_of,
-    limits_of,
-    nearest,
-)
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
@@ -68,11 +47,11 @@ from livebass.rows.units import format_quantity, note_name
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
 MAX_SENSING = 4  # pickups that sense one string
 MAX_FRETS = 32
-TENSION = next(key for key in KEYS if (key.section, key.name) == ("string", "tension"))
+TENSION = next(key for key in keys.KEYS if (key.section, key.name) == ("string", "tension"))
 MIN_TENSION, MAX_TENSION = rows(String)["tension"].limits  # N
 _FRETS = {"fret_positions", "fret_heights"}
 MEASURED = _FRETS | {"height_scale", "height_offset"}
-GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
+GEOMETRY = {"frets", *checks.HEIGHTS_BY_GEOMETRY}
 
 
 @dataclass(frozen=True)
@@ -84,29 +63,29 @@ class Builder:
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
         """An error at `where`, a section and key, with the value `raw` if given."""
-        return fault(self.label, where, why, *raw)
+        return keys.fault(self.label, where, why, *raw)
 
     def unknown(self, where: str, name: str, names: Sequence[str]) -> PresetError:
-        return self.error(f"{where}{name[:40]}", f"unknown key; {nearest(name, names)}")
+        return self.error(f"{where}{name[:40]}", f"unknown key; {keys.nearest(name, names)}")
 
     def table(self, section: str, raw: Any, where: str, defaults: bool = True) -> dict[str, Any]:
         """The checked values of one table, in SI, by key; `defaults` fills in missing keys."""
         if not isinstance(raw, dict):
-            raise self.error(where, f"must be a table of keys such as {section}.{key_names(section)[0]}", raw)
+            raise self.error(where, f"must be a table of keys such as {section}.{keys.key_names(section)[0]}", raw)
         values = {}
         for name in raw:
-            if name not in key_names(section):
-                raise self.unknown(f"{where}." if section else "", name, key_names(section))
-        for key in keys_of(section):
+            if name not in keys.key_names(section):
+                raise self.unknown(f"{where}." if section else "", name, keys.key_names(section))
+        for key in keys.keys_of(section):
             place = f"{where}.{key.name}" if section else key.name
             if key.name not in raw:
                 if not defaults or key.default is None:
                     continue
                 if key.default is REQUIRED:
-                    raise self.error(place, f"missing; {limits_of(key)} ({key.meaning})")
+                    raise self.error(place, f"missing; {keys.limits_of(key)} ({key.meaning})")
             item = raw.get(key.name, key.default)
             try:
-                values[key.name] = check_value(key, item)
+                values[key.name] = keys.check_value(key, item)
             except ValueError as error:
                 raise self.error(place, str(error), item) from None
         return values
@@ -120,11 +99,11 @@ class Builder:
 
     def instrument(self, data: dict[str, Any]) -> Instrument:
         """The bass that `data`, a parsed preset file, describes. Raises PresetError."""
-        top = (*key_names(""), *SECTIONS)
+        top = (*keys.key_names(""), *keys.SECTIONS)
         for name in data:
             if name not in top:
                 raise self.unknown("", name, top)
-        head = self.table("", {k: v for k, v in data.items() if k not in SECTIONS}, "")
+        head = self.table("", {k: v for k, v in data.items() if k not in keys.SECTIONS}, "")
         raws = self.tables(data, "string")
         necks = self.for_each_string("neck", data.get("neck", {}), len(raws))
         if not raws:
@@ -140,7 +119,7 @@ class Builder:
                 place, note = f"string[{string.name}].open_note", note_name(string.open_note)
                 raise self.error(place, "strings go from the lowest to the highest", note)
         pairs = self.tuned(made, head, data)
-        own = {name: raw for name, raw in players[0].items() if not name.startswith(HAND)}
+        own = {name: raw for name, raw in players[0].items() if not name.startswith(keys.HAND)}
         values = self.table("player", own, "player")
         if values["technique"] == "slap":
             values.setdefault("slapped_strings", (len(pairs) + 1) // 2)
@@ -169,7 +148,7 @@ class Builder:
             try:
                 speaking(string, neck, 0)
             except ValueError as error:
-                key = next(name for name in given if name.startswith(HAND))
+                key = next(name for name in given if name.startswith(keys.HAND))
                 raise self.error(f"player.{key}", str(error), given[key]) from None
         bass = Instrument(
             name=head["name"],
@@ -231,7 +210,7 @@ class Builder:
             string = tune_string(string, each.note, each.offsets)
             if not MIN_TENSION <= string.tension <= MAX_TENSION:
                 why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
-                raise self.error("tuning", f"{why}, which must be {limits_of(TENSION)}", data.get("tuning"))
+                raise self.error("tuning", f"{why}, which must be {keys.limits_of(TENSION)}", data.get("tuning"))
             string, neck = with_capo(string, neck, head["capo"])
             if not self.ships:
                 self.check_notes(string, neck, where, place)
@@ -245,11 +224,11 @@ class Builder:
         """
         lists = {}
         if isinstance(raw, dict):
-            for key in keys_of(section):
-                if each_string(key) and (listed := items(raw.get(key.name))) is not None:
+            for key in keys.keys_of(section):
+                if keys.each_string(key) and (listed := keys.items(raw.get(key.name))) is not None:
                     place = f"{section}.{key.name}"
                     try:
-                        check_value(replace(key, kind=f"{key.kind}[]"), listed)
+                        keys.check_value(replace(key, kind=f"{key.kind}[]"), listed)
                     except ValueError as error:
                         raise self.error(place, str(error), raw[key.name]) from None
                     if len(listed) != count:
@@ -274,13 +253,13 @@ class Builder:
             if pickups and not 1 <= sensing <= MAX_SENSING:
                 raise self.error("pickup", f"{sensing} of them sense string {name}; there must be 1 to {MAX_SENSING}")
         room = min(string.length - neck_end(neck) for string, neck in pairs)
-        ends = f"must be between the saddle and the neck, 0 mm to {mm(room)}"
+        ends = f"must be between the saddle and the neck, 0 mm to {checks.mm(room)}"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
-                raise self.error(f"pickup[{i}].position", f"{ends}, aperture included", mm(p.position))
+                raise self.error(f"pickup[{i}].position", f"{ends}, aperture included", checks.mm(p.position))
         for key in ("sensor", "sensor_v"):
             if not getattr(output, key) < room:
-                raise self.error(f"output.{key}", ends, mm(getattr(output, key)))
+                raise self.error(f"output.{key}", ends, checks.mm(getattr(output, key)))
         return output
 
     def pickup(self, raw: Any, where: str, names: list[str]) -> Pickup:
@@ -312,19 +291,21 @@ class Builder:
 
         `raw` and `shared` as for `string_and_neck`, which has checked them; `player`: the string's values in the file.
         """
-        given = {name: value for name, value in player.items() if name.startswith(HAND)}
+        given = {name: value for name, value in player.items() if name.startswith(keys.HAND)}
         if not given:
             return None
-        values = {name.removeprefix(HAND): v for name, v in self.table("player", given, "player", False).items()}
+        values = {name.removeprefix(keys.HAND): v for name, v in self.table("player", given, "player", False).items()}
         merged = merged_neck(shared, raw.get("neck", {}))
         why = "not allowed together with a measured"
         if "profile_positions" in merged:
             raise self.error(f"player.{next(iter(given))}", f"{why} profile")
-        if merged.keys() & MEASURED and (bent := [name for name in given if name != f"{HAND}action"]):
+        if merged.keys() & MEASURED and (bent := [name for name in given if name != f"{keys.HAND}action"]):
             raise self.error(f"player.{bent[0]}", f"{why} neck", given[bent[0]])
         _, neck = self.neck({k: v for k, v in merged.items() if k != "lift"}, "neck", values)
         if (high := max(neck.fret_heights)) > 0.0:
-            raise self.error(f"player.{next(iter(given))}", f"a fret of this neck stands {mm(high)} above the string")
+            raise self.error(
+                f"player.{next(iter(given))}", f"a fret of this neck stands {checks.mm(high)} above the string"
+            )
         return Neck(neck.fret_positions, neck.fret_heights, surface=neck.surface)
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
@@ -348,14 +329,14 @@ class Builder:
             if any(b <= a for a, b in pairwise(points)):
                 room = min(b - a for a, b in pairwise([0.0, *neck.fret_positions, string.length]))
                 why = "two frets, or a fret and an end of the string, share a grid point; allowed up to"
-                raise self.error(f"{where}.grid_step", f"{why} {mm(0.9 * room)}", mm(neck.grid_step))
+                raise self.error(f"{where}.grid_step", f"{why} {checks.mm(0.9 * room)}", checks.mm(neck.grid_step))
 
     def check_damping(self, string: String, neck: Neck, where: str, neck_where: str) -> None:
         """Checks that every mode of the string can ring, at every fret."""
-        found = overdamped_mode(string, neck)
+        found = checks.overdamped_mode(string, neck)
         if not found:
             return
-        key = next(k for k in KEYS if k.name == found.key)
+        key = next(k for k in keys.KEYS if k.name == found.key)
         kind = key.kind.removesuffix("[]")
         shown = format_quantity(found.value, kind) if kind in units.DIMENSIONS else found.value
         place = neck_where if key.section == "neck" else where
@@ -369,22 +350,23 @@ class Builder:
         tension = values.setdefault("tension", mu * (speed * speed))
         if not MIN_TENSION <= tension <= MAX_TENSION:
             note = note_name(values["open_note"])
-            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, which must be {limits_of(TENSION)}"
-            raise self.error(f"{where}.tension", f"{why}; another linear_density or open_note would do")
+            why = f"left out, and {note} needs {format_quantity(tension, 'force')}"
+            must = f"which must be {keys.limits_of(TENSION)}; another linear_density or open_note would do"
+            raise self.error(f"{where}.tension", f"{why}, {must}")
         core = values.pop("core_diameter", None)
         modulus, ratio = values.pop("core_modulus"), values.pop("stiffness_ratio")
         if (core is None) == ("inharmonicity" not in values):
             raise self.error(f"{where}.inharmonicity", "give either this or core_diameter")
         if core is not None:
             if core > values["diameter"]:
-                why = f"at most the diameter, {mm(values['diameter'])}"
-                raise self.error(f"{where}.core_diameter", why, mm(core))
+                why = f"at most the diameter, {checks.mm(values['diameter'])}"
+                raise self.error(f"{where}.core_diameter", why, checks.mm(core))
             fourth = float(Fraction(core) ** 4)  # rounded once, on every system
             bending = ratio * modulus * math.pi * fourth / 64  # N m2
             values["inharmonicity"] = math.pi**2 * bending / (tension * (length * length))
             if values["inharmonicity"] > 0.01:
                 why = f"gives B = {values['inharmonicity']:.3g}, allowed up to 0.01"
-                raise self.error(f"{where}.core_diameter", why, mm(core))
+                raise self.error(f"{where}.core_diameter", why, checks.mm(core))
         natural, law = math.sqrt(tension / mu) / (2 * length), values.get("law_fundamental", pitch)  # Hz
         name, hertz = ("law_fundamental", law)
         if abs(units.cents(natural / pitch)) > 100:
@@ -422,8 +404,8 @@ class Builder:
                 raise self.error(f"{where}.fret_positions", f"{len(x)} frets; there must be at most {MAX_FRETS}")
             self.check_ascending(f"{where}.fret_positions", x, "length", v["grid_step"])
             if not 0 < x[0] <= x[-1] < length:
-                off = mm(x[0] if x[0] <= 0 else x[-1])
-                raise self.error(f"{where}.fret_positions", f"must be between 0 mm and {mm(length)}", off)
+                off = checks.mm(x[0] if x[0] <= 0 else x[-1])
+                raise self.error(f"{where}.fret_positions", f"must be between 0 mm and {checks.mm(length)}", off)
             h = tuple(v["height_scale"] * height + v["height_offset"] for height in h)
             h = tuple(height + lift.get(k, 0.0) for k, height in enumerate(h, 1))
             if hand:
@@ -435,13 +417,13 @@ class Builder:
         for name in ("conductance_frequencies", "resonance_frequencies"):
             self.check_ascending(f"{where}.{name}", v.get(name, ()), "frequency")
         try:
-            admittance = neck_admittance(v)
-        except Conflict as found:
+            admittance = checks.neck_admittance(v)
+        except checks.Conflict as found:
             raise self.error(f"{where}.{found.key}", found.why) from None
         self.check_ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
         try:
-            h, surface = neck_surface(set(raw), v, x, h)
-        except Conflict as found:
+            h, surface = checks.neck_surface(set(raw), v, x, h)
+        except checks.Conflict as found:
             raise self.error(f"{where}.{found.key}", found.why, *found.raw) from None
         as_given = {f.name: v[f.name] for f in fields(Neck) if f.name in v and f.name not in _FRETS}
         return length, Neck(x, h, admittance=admittance, surface=surface, fretless=v["obstacle"] == "board", **as_given)
@@ -457,7 +439,7 @@ class Builder:
 def merged_neck(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
     """The keys of a string's neck: those `shared` by all, unless its `own` replace them."""
     drop = GEOMETRY if own.keys() & _FRETS else MEASURED if own.keys() & GEOMETRY else set()
-    drop = drop | replaced_keys(set(own))
+    drop = drop | checks.replaced_keys(set(own))
     return {k: v for k, v in shared.items() if k not in drop} | own
 
 

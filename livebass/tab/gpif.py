@@ -9,20 +9,6 @@ from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
-from livebass.tab.model import (
-    MAX_BARS,
-    Bar,
-    Beat,
-    Curve,
-    Hold,
-    Note,
-    Tab,
-    Tempo,
-    Track,
-    UnreadableTab,
-    put_graces,
-    velocity_of,
-)
 from livebass.tab.needs import checked_reading, exact, number, parsed_xml
 from livebass.tab.order import sign_of
 
@@ -61,7 +47,7 @@ POINTS = (
 )  # fmt: skip
 
 
-def read_gpif(data: bytes) -> Tab:
+def read_gpif(data: bytes) -> model.Tab:
     """The piece in a score.gpif. Raises UnreadableTab, or LookupError without defusedxml."""
     root = parsed_xml(data)
     with checked_reading():
@@ -76,11 +62,11 @@ class _Reader:
             {each.get("id"): each for each in root.iterfind(f"{table}/*")} for table in tables
         )
         self.masters = root.findall("MasterBars/MasterBar")
-        if len(self.masters) > MAX_BARS:
-            raise UnreadableTab(f"has {len(self.masters)} bars, more than {MAX_BARS}")
+        if len(self.masters) > model.MAX_BARS:
+            raise model.UnreadableTab(f"has {len(self.masters)} bars, more than {model.MAX_BARS}")
         self.lengths: dict[str, Fraction] = {}
 
-    def tab(self) -> Tab:
+    def tab(self) -> model.Tab:
         bars = [_bar(master) for master in self.masters]
         tracks, staff = [], 0  # staves of all tracks count through
         for track in self.root.iterfind("Tracks/Track"):
@@ -93,9 +79,9 @@ class _Reader:
         for k, (bar, master) in enumerate(zip(bars, self.masters, strict=True)):
             own = [voices for track in tracks for voices in track.bars[k]]
             bar.holds = [_hold(fermata, own, bar) for fermata in master.iterfind("Fermatas/Fermata")]
-        return Tab(bars, tracks)
+        return model.Tab(bars, tracks)
 
-    def _track(self, track: Any, staff: int) -> Track:
+    def _track(self, track: Any, staff: int) -> model.Track:
         own = track.find("Staves/Staff")
         properties = _properties(track if own is None else own)
         tuning = tuple(int(word) for word in _text(properties, "Tuning", ".//Pitches").split())
@@ -104,7 +90,7 @@ class _Reader:
         program = next((int(text) for text in map(track.findtext, places) if text), None)
         midi = track.find("GeneralMidi")
         kind = track.findtext("InstrumentSet/Type") or ("" if midi is None else midi.get("table") or "")
-        bars: list[list[list[Beat]]] = []
+        bars: list[list[list[model.Beat]]] = []
         opens = [note + capo for note in tuning]
         for master in self.masters:
             bar = self.bars[(master.findtext("Bars") or "").split()[staff]]
@@ -117,11 +103,11 @@ class _Reader:
         partial = int(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
         drums = any(word in kind.lower() for word in ("drum", "perc"))
         name, signs = (track.findtext("Name") or "").strip(), ("partial capo",) * partial
-        return Track(name, tuning, capo, program, drums, bars, signs=signs)
+        return model.Track(name, tuning, capo, program, drums, bars, signs=signs)
 
-    def _voice(self, word: str, opens: list[int]) -> list[Beat]:
-        at, beats = Fraction(0), list[Beat]()
-        waiting: list[tuple[Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
+    def _voice(self, word: str, opens: list[int]) -> list[model.Beat]:
+        at, beats = Fraction(0), list[model.Beat]()
+        waiting: list[tuple[model.Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
         for each in (self.voices[word].findtext("Beats") or "").split():
             beat = self.beats[each]
             made = self._beat(beat, at, opens)
@@ -129,21 +115,23 @@ class _Reader:
                 made.length = min(made.length, GRACE)
                 waiting.append((made, beat.findtext("GraceNotes") == "OnBeat"))
                 continue
-            beats += [*put_graces(waiting, made), made]
+            beats += [*model.put_graces(waiting, made), made]
             waiting = []
             at += made.length
         return beats
 
-    def _beat(self, beat: Any, at: Fraction, opens: list[int]) -> Beat:
+    def _beat(self, beat: Any, at: Fraction, opens: list[int]) -> model.Beat:
         properties, dynamic = _properties(beat), beat.findtext("Dynamic") or ""
         notes = [self.notes[word] for word in (beat.findtext("Notes") or "").split()]
-        made = Beat(at, self._length(beat.find("Rhythm").get("ref")), [])
+        made = model.Beat(at, self._length(beat.find("Rhythm").get("ref")), [])
         for note in notes:
             own = _properties(note)
             if "String" in own and "Fret" in own:
-                made.notes.append(_note(note, own, velocity_of(dynamic), opens))
+                made.notes.append(_note(note, own, model.velocity_of(dynamic), opens))
         if beat.find("DeadSlapped") is not None:
-            made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
+            made.notes = [
+                model.Note(k, 0, model.velocity_of(dynamic), technique="left slap") for k in range(len(opens))
+            ]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
         tremolo = exact(beat.findtext("Tremolo") or "0")
         vibrato = VIBRATO.get(_text(properties, "VibratoWTremBar", "Strength"), 0.0)
@@ -200,12 +188,12 @@ def _is_on(properties: dict[str, Any], name: str) -> bool:
     return name in properties and properties[name].find("Enable") is not None
 
 
-def _bar(master: Any) -> Bar:
+def _bar(master: Any) -> model.Bar:
     numerator, denominator = map(int, master.findtext("Time").split("/"))
     length = Fraction(4 * numerator, denominator)
     repeat = master.find("Repeat")
     signs = [each.text or "" for each in master.iterfind("Directions/*")]
-    bar = Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
+    bar = model.Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
     if repeat is not None:
         bar.opens = repeat.get("start") == "true"
         bar.plays = max(int(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
@@ -216,9 +204,9 @@ def _bar(master: Any) -> Bar:
     return bar
 
 
-def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
+def _put_tempos(bars: list[model.Bar], automations: Iterable[Any]) -> None:
     """Puts the tempos into their bars. A linear one changes until the next."""
-    found: list[tuple[Fraction, Bar, Tempo, bool]] = []
+    found: list[tuple[Fraction, model.Bar, model.Tempo, bool]] = []
     begins = [Fraction(0)]
     for each in bars:
         begins.append(begins[-1] + each.length)
@@ -227,7 +215,7 @@ def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
         if each.findtext("Type") == "Tempo" and 0 <= bar < len(bars):
             value, unit = (each.findtext("Value") or "").split()
             at = exact(each.findtext("Position") or "0").limit_denominator(1000) * bars[bar].length
-            tempo = Tempo(at, number(value) * TEMPO_UNITS.get(unit, 1.0))
+            tempo = model.Tempo(at, number(value) * TEMPO_UNITS.get(unit, 1.0))
             found.append((begins[bar] + at, bars[bar], tempo, each.findtext("Linear") == "true"))
     found.sort(key=lambda row: row[0])
     for k, (begin, own, tempo, linear) in enumerate(found):
@@ -237,16 +225,16 @@ def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
             own.tempos.append(replace(after, at=tempo.at, over=end - begin))
 
 
-def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
+def _hold(fermata: Any, voices: Iterable[Sequence[model.Beat]], bar: model.Bar) -> model.Hold:
     """A fermata: the shortest note that begins there is held, 1.5 to 4 times as long, by its length from 0 to 1."""
     at, length = exact(fermata.findtext("Offset") or "0"), number(fermata.findtext("Length") or "0.5")
     lengths = [beat.length for beats in voices for beat in beats if beat.at == at and beat.notes]
-    return Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
+    return model.Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
 
 
-def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]) -> Note:
+def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]) -> model.Note:
     string = int(_text(properties, "String", "String"))
-    made = Note(string, int(_text(properties, "Fret", "Fret")), velocity)
+    made = model.Note(string, int(_text(properties, "Fret", "Fret")), velocity)
     tie, accent = note.find("Tie"), int(note.findtext("Accent") or 0)
     made.tie = tie is not None and tie.get("destination") == "true"
     made.dead, made.palm = _is_on(properties, "Muted"), _is_on(properties, "PalmMuted")
@@ -270,14 +258,14 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]
     return made
 
 
-def _curve(points: list[float | None]) -> Curve:
+def _curve(points: list[float | None]) -> model.Curve:
     """A bend by the numbers of POINTS, in percent of the length and of a whole tone."""
     begin, first, *middles, middle, end, last = points
     curve = [(begin or 0.0, first), *((at, middle) for at in middles if at is not None)]
     return tuple((at / 100, (value or 0.0) / BEND) for at, value in [*curve, (100.0 if end is None else end, last)])
 
 
-def _whammy(beat: Any, properties: dict[str, Any]) -> Curve:
+def _whammy(beat: Any, properties: dict[str, Any]) -> model.Curve:
     """The bend of a tremolo bar; empty without one."""
     if "WhammyBar" in properties:  # in .gpx
         return _curve([_number(properties, f"WhammyBar{name}") for name in POINTS])

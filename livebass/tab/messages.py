@@ -14,60 +14,20 @@ from typing import NamedTuple
 import mido
 from mido import Message, MetaMessage
 
-from livebass.rows.techniques import (
-    DYNAMICS,
-    FUNCTION_ROWS,
-    LEARNED,
-    MAXIMUM,
-    MINIMUM,
-    OWN,
-    SLIDE_STEP,
-    TECHNIQUE,
-    THUMB_ON_ALL,
-    THUMB_ON_TWO,
-)
+from livebass.rows import techniques
 from livebass.score.reading import TAKE
+from livebass.tab import moves, perform
 from livebass.tab.model import Bar
-from livebass.tab.moves import (
-    BEGIN,
-    BEND,
-    CONTROL,
-    END,
-    EXPRESSION,
-    LATER,
-    PRESS,
-    VIBRATO,
-    Moves,
-    ending,
-    following,
-    missing,
-    rest_of,
-)
-from livebass.tab.perform import (
-    DEAD,
-    HAMMER,
-    HARMONIC,
-    OFF_DOWN,
-    OFF_UP,
-    PINCH,
-    PLUCK,
-    PULL,
-    SLIDE,
-    TAP,
-    TIED,
-    Performance,
-    Stroke,
-)
 from livebass.tab.tempos import TICKS, Tempos, nearest_tick
 
 MODE_4 = 126  # a controller
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial
 ARTIFICIAL = {2: "artificial", 3: "artificial_12th", 4: "artificial_15th"}  # techniques by partial
-TECHNIQUE_CC, DYNAMICS_CC = LEARNED + TECHNIQUE, LEARNED + DYNAMICS
+TECHNIQUE_CC, DYNAMICS_CC = techniques.LEARNED + techniques.TECHNIQUE, techniques.LEARNED + techniques.DYNAMICS
 PALM_CC, SLIDE_CC, SLIDE_TIME_CC, FADE_CC = (
-    FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "slide_time", "expression")
+    techniques.FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "slide_time", "expression")
 )
-PALM = FUNCTION_ROWS["palm_mute"].pressed
+PALM = techniques.FUNCTION_ROWS["palm_mute"].pressed
 LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
 
@@ -77,14 +37,15 @@ class Way(NamedTuple):
 
     hold: str = ""  # its key is held as the note begins
     press: str = ""  # its key is pressed first; without a key or a name ...
-    technique: int = OWN  # ... this value of the parameter `technique` is set
+    technique: int = techniques.OWN  # ... this value of the parameter `technique` is set
 
 
 WAYS = {
-    PLUCK: Way(), HAMMER: Way(), PULL: Way(), SLIDE: Way(), DEAD: Way("ghost"), TAP: Way("tap"),
-    HARMONIC: Way("harmonic"), PINCH: Way("pinch"), "slap": Way(technique=THUMB_ON_ALL),
-    "pop": Way(press="pop_on_all", technique=THUMB_ON_TWO), OFF_DOWN: Way("slide_off_down"),
-    OFF_UP: Way("slide_off_up"), "left slap": Way("left_slap"),
+    perform.PLUCK: Way(), perform.HAMMER: Way(), perform.PULL: Way(), perform.SLIDE: Way(),
+    perform.DEAD: Way("ghost"), perform.TAP: Way("tap"), perform.HARMONIC: Way("harmonic"),
+    perform.PINCH: Way("pinch"), "slap": Way(technique=techniques.THUMB_ON_ALL),
+    "pop": Way(press="pop_on_all", technique=techniques.THUMB_ON_TWO), "left slap": Way("left_slap"),
+    perform.OFF_DOWN: Way("slide_off_down"), perform.OFF_UP: Way("slide_off_up"),
 }  # fmt: skip
 
 
@@ -98,7 +59,7 @@ class Strings:
 
 
 def to_midi(
-    performance: Performance, bars: Sequence[Bar], strings: Strings, texts: Iterable[str], dynamics: float
+    performance: perform.Performance, bars: Sequence[Bar], strings: Strings, texts: Iterable[str], dynamics: float
 ) -> tuple[bytes, Counter[str]]:
     """A Standard MIDI File of a performance, and how many of each sign it leaves out.
 
@@ -107,9 +68,11 @@ def to_midi(
     writer = _Writer(performance.tempos, strings)
     writer.lacks.update(performance.lacks)
     if dynamics:
-        part = (dynamics - MINIMUM[DYNAMICS]) / (MAXIMUM[DYNAMICS] - MINIMUM[DYNAMICS])
+        part = (dynamics - techniques.MINIMUM[techniques.DYNAMICS]) / (
+            techniques.MAXIMUM[techniques.DYNAMICS] - techniques.MINIMUM[techniques.DYNAMICS]
+        )
         writer.control(0.0, DYNAMICS_CC, round(127 * part))
-    for stroke, after in following(performance.strokes):
+    for stroke, after in moves.following(performance.strokes):
         writer.play(stroke, after)
     file = mido.MidiFile(ticks_per_beat=TICKS)
     file.tracks += [_conductor(performance, bars, texts), writer.track()]
@@ -118,7 +81,7 @@ def to_midi(
     return out.getvalue(), writer.lacks
 
 
-def _conductor(performance: Performance, bars: Sequence[Bar], texts: Iterable[str]) -> mido.MidiTrack:
+def _conductor(performance: perform.Performance, bars: Sequence[Bar], texts: Iterable[str]) -> mido.MidiTrack:
     """The track with texts, tempos, time signatures and names of sections."""
     events = [(0, 0, MetaMessage("text", text=text)) for text in (TAKE, *texts)]
     events += [(nearest_tick(at), 1, MetaMessage("set_tempo", tempo=us)) for at, us in performance.tempos.steps]
@@ -147,10 +110,10 @@ def _track(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> mido.Mid
 
 class _Writer:
     def __init__(self, tempos: Tempos, strings: Strings) -> None:
-        self.tempos, self.strings, self.moves = tempos, strings, Moves(tempos)
+        self.tempos, self.strings, self.moves = tempos, strings, moves.Moves(tempos)
         self.events: list[tuple[int, int, Message | MetaMessage]] = []
         self.lacks: Counter[str] = Counter()
-        self.striking, self.palm, self.slow = WAYS[PLUCK], False, 0
+        self.striking, self.palm, self.slow = WAYS[perform.PLUCK], False, 0
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
@@ -159,56 +122,58 @@ class _Writer:
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
-        self._add(self.tempos.tick(time), CONTROL, Message("control_change", control=number, value=value))
+        self._add(self.tempos.tick(time), moves.CONTROL, Message("control_change", control=number, value=value))
 
-    def play(self, stroke: Stroke, after: Stroke | None) -> None:
+    def play(self, stroke: perform.Stroke, after: perform.Stroke | None) -> None:
         """Plays a stroke, before `after` on its string."""
-        if sign := missing(stroke, self.strings.frets):
+        if sign := moves.missing(stroke, self.strings.frets):
             self.lacks[sign] += 1
             return
         channel, at = len(self.strings.opens) - 1 - stroke.string, self.tempos.tick(stroke.time)
         way, key = self._way(stroke)
-        if stroke.kind not in TIED:
+        if stroke.kind not in perform.TIED:
             self._strike(way, stroke)
         if stroke.palm != self.palm:
             self.palm = stroke.palm
             self.control(stroke.time, PALM_CC, PALM if stroke.palm else 0)
-        slow = min(round(stroke.slow / SLIDE_STEP), 127)
-        if stroke.kind in (SLIDE, OFF_DOWN, OFF_UP) and slow != self.slow:
+        slow = min(round(stroke.slow / techniques.SLIDE_STEP), 127)
+        if stroke.kind in (perform.SLIDE, perform.OFF_DOWN, perform.OFF_UP) and slow != self.slow:
             self.slow = slow
             self.control(stroke.time, SLIDE_TIME_CC, slow)
         for move in self.moves.of(stroke):
-            self._add(move.tick, CONTROL, _move_message(move.what, channel, move.value))
+            self._add(move.tick, moves.CONTROL, _move_message(move.what, channel, move.value))
         for technique in filter(None, (way.hold, stroke.direction and f"{stroke.direction}_stroke")):
-            self._switch(at, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
-        if stroke.kind in (OFF_DOWN, OFF_UP):
+            self._switch(at, channel, technique, 2 if stroke.kind in (perform.OFF_DOWN, perform.OFF_UP) else 1)
+        if stroke.kind in (perform.OFF_DOWN, perform.OFF_UP):
             return
-        if stroke.kind == SLIDE:
+        if stroke.kind == perform.SLIDE:
             for later, value in ((0, 127), (1, 0)):
-                self._add(at + later, CONTROL, Message("control_change", control=SLIDE_CC, value=value))
-        self._note(at, BEGIN, channel, key, stroke.velocity)
-        end = ending(self.tempos, stroke, after)
-        self._note(end.tick, LATER if end.tied else END, channel, key)
+                self._add(at + later, moves.CONTROL, Message("control_change", control=SLIDE_CC, value=value))
+        self._note(at, moves.BEGIN, channel, key, stroke.velocity)
+        end = moves.ending(self.tempos, stroke, after)
+        self._note(end.tick, moves.LATER if end.tied else moves.END, channel, key)
 
-    def _way(self, stroke: Stroke) -> tuple[Way, int]:
+    def _way(self, stroke: perform.Stroke) -> tuple[Way, int]:
         """How to play a stroke, and the key of its note. For some harmonics the key tells the partial."""
         way, opened = WAYS[stroke.kind], self.strings.opens[stroke.string]
-        if stroke.kind in (OFF_DOWN, OFF_UP) and way.hold not in self.strings.switches:
-            stroke.kind = SLIDE
-            return WAYS[SLIDE], opened + stroke.fret
-        if stroke.kind not in (HARMONIC, PINCH) or (stroke.kind == PINCH and way.hold in self.strings.switches):
+        if stroke.kind in (perform.OFF_DOWN, perform.OFF_UP) and way.hold not in self.strings.switches:
+            stroke.kind = perform.SLIDE
+            return WAYS[perform.SLIDE], opened + stroke.fret
+        if stroke.kind not in (perform.HARMONIC, perform.PINCH) or (
+            stroke.kind == perform.PINCH and way.hold in self.strings.switches
+        ):
             return way, opened + stroke.fret
-        if stroke.kind == HARMONIC and stroke.fret == 0:
+        if stroke.kind == perform.HARMONIC and stroke.fret == 0:
             return way, opened + SEMITONES[stroke.partial]
         artificial = ARTIFICIAL.get(stroke.partial, "")
-        if stroke.kind == HARMONIC and artificial in self.strings.switches:
+        if stroke.kind == perform.HARMONIC and artificial in self.strings.switches:
             return Way(artificial), opened + stroke.fret
-        if stroke.partial != 2 or stroke.kind == PINCH:
+        if stroke.partial != 2 or stroke.kind == perform.PINCH:
             self.lacks["harmonic other than the octave"] += 1
         octave = stroke.fret + SEMITONES[2]  # where the open string has it, its key would mean the natural one
-        return WAYS[HARMONIC], opened + (octave if octave in SEMITONES.values() else stroke.fret)
+        return WAYS[perform.HARMONIC], opened + (octave if octave in SEMITONES.values() else stroke.fret)
 
-    def _strike(self, way: Way, stroke: Stroke) -> None:
+    def _strike(self, way: Way, stroke: perform.Stroke) -> None:
         """Sets what plucks, if it changes."""
         key = self.strings.switches.get(way.press)
         if stroke.kind == "pop" and key is None and stroke.string < LOW:
@@ -216,7 +181,7 @@ class _Writer:
         if key is not None:  # each time: after a jump to another place of the song, too
             self._press(self.tempos.tick(stroke.time), 0, key, 1)
         elif way[1:] != self.striking[1:]:
-            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / THUMB_ON_ALL))
+            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / techniques.THUMB_ON_ALL))
         self.striking = way
 
     def _switch(self, tick: int, channel: int, technique: str, ticks: int) -> None:
@@ -228,8 +193,8 @@ class _Writer:
             self._press(tick, channel, key, ticks)
 
     def _press(self, tick: int, channel: int, key: int, ticks: int) -> None:
-        self._note(tick, PRESS, channel, key, SWITCH_VELOCITY)
-        self._note(tick + ticks, LATER, channel, key)
+        self._note(tick, moves.PRESS, channel, key, SWITCH_VELOCITY)
+        self._note(tick + ticks, moves.LATER, channel, key)
 
     def _add(self, tick: int, rank: int, message: Message) -> None:
         self.events.append((tick, rank, message))
@@ -247,15 +212,15 @@ def _default(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[t
             first.setdefault((m.type, m.channel, getattr(m, "control", 0)), (tick, m))
     found = []
     for tick, m in first.values():
-        default = rest_of(EXPRESSION) if getattr(m, "control", 0) == FADE_CC else 0
+        default = moves.rest_of(moves.EXPRESSION) if getattr(m, "control", 0) == FADE_CC else 0
         if tick > 0:
-            found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": default})))
+            found.append((0, moves.CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": default})))
     return found
 
 
 def _move_message(what: str, channel: int, value: int) -> Message:
-    if what == BEND:
+    if what == moves.BEND:
         return Message("pitchwheel", channel=channel, pitch=value)
-    if what == VIBRATO:
+    if what == moves.VIBRATO:
         return Message("aftertouch", channel=channel, value=value)
     return Message("control_change", channel=channel, control=FADE_CC, value=value)

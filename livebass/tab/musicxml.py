@@ -15,22 +15,6 @@ from typing import Any
 from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.score import tracknames
 from livebass.tab import model
-from livebass.tab.model import (
-    HIGHEST_LOWEST,
-    LONGEST,
-    MAX_BARS,
-    Bar,
-    Beat,
-    Curve,
-    Hold,
-    Note,
-    Tab,
-    Tempo,
-    Track,
-    UnreadableTab,
-    put_graces,
-    velocity_of,
-)
 from livebass.tab.needs import checked_reading, exact, number, parsed_xml
 from livebass.tab.order import JUMPS, sign_of
 from livebass.tab.tempos import DEFAULT_TEMPO, FASTEST, SLOWEST
@@ -80,7 +64,7 @@ PER_MINUTE = re.compile(r"\d+(?:\.\d+)?")  # in a text such as "ca. 120"
 ROUNDING = Fraction(1, 32)  # quarter notes by which a bar may be too long
 
 
-def read_musicxml(data: bytes) -> Tab:
+def read_musicxml(data: bytes) -> model.Tab:
     """The piece in a MusicXML file. Raises UnreadableTab, or LookupError without defusedxml."""
     left = Counter[str]()  # notes that are not read, by part
     if data.count(b"</note>") > MAX_NOTES:
@@ -90,19 +74,21 @@ def read_musicxml(data: bytes) -> Tab:
         if root.tag == "score-timewise":
             _turn_by_part(root)
         if root.tag != "score-partwise":
-            raise UnreadableTab(f"is not a score: its XML is {root.tag[:40]!r}, not score-partwise or score-timewise")
+            raise model.UnreadableTab(
+                f"is not a score: its XML is {root.tag[:40]!r}, not score-partwise or score-timewise"
+            )
         for name, count, maximum in (
             ("notes and rests", _count(root, "note"), MAX_NOTES),
             ("directions", _count(root, "direction") + _count(root, "sound"), MAX_DIRECTIONS),
         ):
             if count > maximum:
-                raise UnreadableTab(f"has {count} {name}, more than {maximum}")
+                raise model.UnreadableTab(f"has {count} {name}, more than {maximum}")
         names = {part.get("id"): part for part in root.iterfind("part-list/score-part")}
         divisions = exact(root.findtext(".//divisions") or "1")  # of parts without their own
         parts = [_Part(part, names.get(part.get("id")), divisions) for part in root.iterfind("part")]
         _shorten_upbeat(parts)
         tracks = [replace(part.track(), left=left[part.name]) for part in parts]
-        return Tab(_merge_parts([part.bars for part in parts]), tracks)
+        return model.Tab(_merge_parts([part.bars for part in parts]), tracks)
 
 
 def _count(root: Any, tag: str) -> int:
@@ -164,7 +150,7 @@ def _shorten_upbeat(parts: Sequence[_Part]) -> None:
             part.bars[0].length = upbeat
 
 
-def _merge_parts(parts: Sequence[list[Bar]]) -> list[Bar]:
+def _merge_parts(parts: Sequence[list[model.Bar]]) -> list[model.Bar]:
     """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
     bars = max(parts, key=len, default=[])
     for others in parts:
@@ -180,15 +166,15 @@ def _merge_parts(parts: Sequence[list[Bar]]) -> list[Bar]:
 
 @dataclass
 class _Voice:
-    beats: list[Beat] = field(default_factory=list)
-    graces: list[tuple[Beat, bool]] = field(default_factory=list)  # before the next beat; True: on it
-    own: list[tuple[Beat, bool]] = field(default_factory=list)  # before the last beat
+    beats: list[model.Beat] = field(default_factory=list)
+    graces: list[tuple[model.Beat, bool]] = field(default_factory=list)  # before the next beat; True: on it
+    own: list[tuple[model.Beat, bool]] = field(default_factory=list)  # before the last beat
     slurs: set[str] = field(default_factory=set)  # that are open
 
     def put_graces(self) -> None:
         """Completes the last beat, when its notes are known."""
         if self.own:
-            self.beats += put_graces(self.own, self.beats[-1])
+            self.beats += model.put_graces(self.own, self.beats[-1])
             self.own = []
 
 
@@ -197,8 +183,8 @@ class _Part:
 
     def __init__(self, part: Any, description: Any, divisions: Fraction) -> None:
         self.description, self.name = description, part.get("id")
-        self.bars: list[Bar] = []
-        self.voices: list[list[list[Beat]]] = []
+        self.bars: list[model.Bar] = []
+        self.voices: list[list[list[model.Beat]]] = []
         self.divisions, self.capo, self.velocity, self.bpm = divisions, 0, model.FORTE, DEFAULT_TEMPO
         self.transpose = _transposition(part.find(".//transpose"))
         self.beat, self.length = Fraction(1), Fraction(4)
@@ -211,8 +197,8 @@ class _Part:
         self.lines: dict[tuple[str, str], tuple[Fraction, str]] = {}
         self.spans: list[tuple[Fraction, Fraction, str]] = []  # all that are complete
         measures = part.findall("measure")
-        if len(measures) > MAX_BARS:
-            raise UnreadableTab(f"has {len(measures)} bars, more than {MAX_BARS}")
+        if len(measures) > model.MAX_BARS:
+            raise model.UnreadableTab(f"has {len(measures)} bars, more than {model.MAX_BARS}")
         notes = part.findall("measure/note")
         self.staves = {_staff(note) for note in notes if note.find(".//technical/fret") is not None}  # with tablature
         for each in part.iterfind(".//staff-details"):
@@ -222,7 +208,7 @@ class _Part:
         self._lower()
         self.tabbed = bool(self.strings)
         self.tuning = self._tuning(notes)
-        self.latest: Beat | None = None  # to which a chord's notes belong
+        self.latest: model.Beat | None = None  # to which a chord's notes belong
         self.sounding: dict[int, tuple[int, int]] = {}  # the string and fret of each pitch
         self.counted: set[int] = set()  # numbers of the bars, from 1, whose repeats say how often they play
         self.times: dict[int, int] = {}  # how often words tell to play, by the number of their bar
@@ -235,16 +221,16 @@ class _Part:
         self._find_goals()
         self._count_passes()
 
-    def track(self) -> Track:
+    def track(self) -> model.Track:
         description = self.description
         if description is None:
-            return Track("", self.tuning, self.capo, None, False, self.voices, self.tabbed)
+            return model.Track("", self.tuning, self.capo, None, False, self.voices, self.tabbed)
         program, channel = (description.findtext(f"midi-instrument/midi-{name}") for name in ("program", "channel"))
         sound = (description.findtext("score-instrument/instrument-sound") or "").strip()
         kind = int(program) - 1 if program else SOUNDS.get(sound)
         name = (description.findtext("part-name") or "").strip()
         drums = (channel or "").strip() == PERCUSSION
-        return Track(name, self.tuning, self.capo, kind, drums, self.voices, self.tabbed)
+        return model.Track(name, self.tuning, self.capo, kind, drums, self.voices, self.tabbed)
 
     def _see_string(self, note: Any) -> None:
         """Learns the open note of a string from the pitch of its first note."""
@@ -266,7 +252,7 @@ class _Part:
 
     def _lower(self) -> None:
         """Lowers a bass whose strings are tuned as its notes are written, an octave higher than they sound."""
-        if self.description is None or min(self.strings.values(), default=0) <= HIGHEST_LOWEST:
+        if self.description is None or min(self.strings.values(), default=0) <= model.HIGHEST_LOWEST:
             return
         tags = "part-name", "midi-instrument/midi-program"
         if _is_bass(*(self.description.findtext(tag) or "" for tag in tags)):
@@ -280,18 +266,18 @@ class _Part:
             lowest = min((_pitch(pitch, "") for note in notes for pitch in note.iterfind("pitch")), default=127)
             count = len(DEFAULT_STRINGS) + (FIFTH_STRING <= lowest + self.transpose < DEFAULT_STRINGS[0])
         if count > MAX_STRINGS:
-            raise UnreadableTab(f"is damaged: {count} strings")
+            raise model.UnreadableTab(f"is damaged: {count} strings")
         default = dict(enumerate([*reversed(DEFAULT_STRINGS), FIFTH_STRING], 1))
         found = {number: self.strings.get(number, default.get(number)) for number in range(1, count + 1)}
         if None in found.values():
-            raise UnreadableTab(f"has {count} strings, but not the tuning of each")
+            raise model.UnreadableTab(f"has {count} strings, but not the tuning of each")
         return tuple(found[number] or 0 for number in range(count, 0, -1))
 
     def _measure(self, measure: Any, goes_on: bool) -> None:
         """Reads a measure; `goes_on`: the next one is the rest of this one."""
         at = Fraction(0)
         end = at
-        bar = Bar(self.length, self.beat, endings=self.endings, fifths=self.fifths, swing=self.swing)
+        bar = model.Bar(self.length, self.beat, endings=self.endings, fifths=self.fifths, swing=self.swing)
         voices: dict[str, _Voice] = {}
         self.bars.append(bar)
         signs: list[str] = []
@@ -317,7 +303,7 @@ class _Part:
         for voice in voices.values():
             voice.put_graces()
             if voice.graces:  # after the last note
-                voice.beats += put_graces(voice.graces, Beat(end, Fraction(0), []))
+                voice.beats += model.put_graces(voice.graces, model.Beat(end, Fraction(0), []))
         found = [voice.beats for voice in voices.values()]
         if 0 < self.simile <= len(self.voices) and not any(beat.notes for beats in found for beat in beats):
             found = deepcopy(self.voices[-self.simile])
@@ -362,11 +348,11 @@ class _Part:
 
     def _duration(self, element: Any) -> Fraction:
         found = exact(element.findtext("duration") or "0") / self.divisions
-        if not 0 <= found <= LONGEST:
-            raise UnreadableTab(f"is damaged: a note of {float(found):g} quarter notes")
+        if not 0 <= found <= model.LONGEST:
+            raise model.UnreadableTab(f"is damaged: a note of {float(found):g} quarter notes")
         return found
 
-    def _attributes(self, attributes: Any, bar: Bar) -> None:
+    def _attributes(self, attributes: Any, bar: model.Bar) -> None:
         self.divisions = exact(attributes.findtext("divisions") or str(self.divisions))
         self.fifths = bar.fifths = int(attributes.findtext("key/fifths") or self.fifths)
         time = attributes.find("time")  # of the first staff; others have their own, usually the same
@@ -379,22 +365,22 @@ class _Part:
             self.beat = min(units)
             rows = zip(beats, units, strict=True)
             self.length = sum((sum(map(int, text.split("+"))) * unit for text, unit in rows), Fraction(0))
-            if not 0 < self.length <= LONGEST or self.beat <= 0:
-                raise UnreadableTab(f"is damaged: a bar of {float(self.length):g} quarter notes")
+            if not 0 < self.length <= model.LONGEST or self.beat <= 0:
+                raise model.UnreadableTab(f"is damaged: a bar of {float(self.length):g} quarter notes")
             bar.beat, bar.length = self.beat, self.length
         for each in attributes.iterfind("measure-style/measure-repeat"):
             self.simile = int(each.text or 1) if each.get("type") == "start" else 0
         if attributes.find("transpose") is not None:
             self.transpose = _transposition(attributes.find("transpose"))
 
-    def _direction(self, direction: Any, at: Fraction, bar: Bar, signs: list[str]) -> None:
+    def _direction(self, direction: Any, at: Fraction, bar: model.Bar, signs: list[str]) -> None:
         at = max(at + exact(direction.findtext("offset") or "0") / self.divisions, Fraction(0))
         words = _words(direction)
         goal = " al fine" if "fine" in words else " al coda" if "coda" in words else ""
         for sound in direction.iter("sound"):
             if sound.get("tempo"):
                 self.bpm = number(sound.get("tempo"))
-                bar.tempos.append(Tempo(at, self.bpm))
+                bar.tempos.append(model.Tempo(at, self.bpm))
             self.velocity = _force(sound) or self.velocity
             swing = sound.find("swing")
             if swing is not None:
@@ -409,17 +395,17 @@ class _Part:
         by_words = TEMPO.search(words)
         if by_words and not stated and direction.find("direction-type/metronome") is None:
             self.bpm = number(by_words[1] or by_words[2])
-            bar.tempos.append(Tempo(at, self.bpm))
+            bar.tempos.append(model.Tempo(at, self.bpm))
         for each in direction.iterfind("direction-type/*"):
             if each.tag in ("segno", "coda"):
                 signs.append(each.tag)
             elif each.tag == "rehearsal":
                 bar.name = (each.text or "").strip()
             elif each.tag == "dynamics" and len(each):
-                self.velocity = velocity_of(each[0].tag)
+                self.velocity = model.velocity_of(each[0].tag)
             elif each.tag == "metronome" and not stated:
                 self.bpm = _tempo(each, self.bpm)
-                bar.tempos.append(Tempo(at, self.bpm))
+                bar.tempos.append(model.Tempo(at, self.bpm))
             elif each.tag == "wedge":
                 self._wedge(each, self.begin + at)
             elif each.tag in ("dashes", "bracket"):
@@ -445,7 +431,7 @@ class _Part:
             begin, kind = self.lines.pop(name)
             self.spans.append((begin, at, kind))
 
-    def _barline(self, barline: Any, bar: Bar) -> None:
+    def _barline(self, barline: Any, bar: model.Bar) -> None:
         repeat, ending = barline.find("repeat"), barline.find("ending")
         if repeat is not None and repeat.get("direction") == "forward":
             bar.opens = True
@@ -472,27 +458,29 @@ class _Part:
                 voice.graces[-1][0].notes.append(note)
             elif note is not None:
                 kind = TYPES.get(element.findtext("type") or "")
-                own = Beat(at, Fraction(2, kind) if kind else GRACE, [note])
+                own = model.Beat(at, Fraction(2, kind) if kind else GRACE, [note])
                 voice.graces.append((own, grace.get("steal-time-following") is not None))
             return at
         if not chord or self.latest is None:
             voice.put_graces()
-            self.latest = Beat(at, length, [])
+            self.latest = model.Beat(at, length, [])
             voice.beats.append(self.latest)
             if note is not None:
                 voice.own, voice.graces = voice.graces, []
         if note is not None:
             if len(self.latest.notes) == MAX_IN_CHORD:
-                raise UnreadableTab(f"is damaged: a chord of more than {MAX_IN_CHORD} notes")
+                raise model.UnreadableTab(f"is damaged: a chord of more than {MAX_IN_CHORD} notes")
             self.latest.notes.append(note)
             _mark_beat(element, self.latest)
             self._slur(element, note, voice)
             shape = next((each.text or "" for each in element.iterfind("notations/fermata")), None)
             if shape is not None:
-                self.bars[-1].holds.append(Hold(self.latest.at, self.latest.length, HOLDS.get(shape.strip(), HOLD)))
+                self.bars[-1].holds.append(
+                    model.Hold(self.latest.at, self.latest.length, HOLDS.get(shape.strip(), HOLD))
+                )
         return at if chord else at + length
 
-    def _slur(self, element: Any, note: Note, voice: _Voice) -> None:
+    def _slur(self, element: Any, note: model.Note, voice: _Voice) -> None:
         """In tablature a slur from a note to the next one on its string is a hammer-on or a pull-off."""
         before = voice.beats[-2].notes if len(voice.beats) > 1 else []
         for other in before if voice.slurs and _staff(element) in self.staves else []:
@@ -501,7 +489,7 @@ class _Part:
             name = slur.get("number") or "1"
             voice.slurs = voice.slurs | {name} if slur.get("type") == "start" else voice.slurs - {name}
 
-    def _place(self, element: Any, tied: bool, others: Sequence[Note]) -> tuple[int, int] | None:
+    def _place(self, element: Any, tied: bool, others: Sequence[model.Note]) -> tuple[int, int] | None:
         """The string and fret of a note beside `others`; None for a rest, or a note that the tablature shows, too."""
         technical = element.findall("notations/technical")
         string, fret = (
@@ -520,7 +508,7 @@ class _Part:
             self.sounding[sounds] = place
         return place
 
-    def _by_pitch(self, sounds: int, others: Sequence[Note]) -> tuple[int, int]:
+    def _by_pitch(self, sounds: int, others: Sequence[model.Note]) -> tuple[int, int]:
         """The highest free string that has a pitch; -1: none has it. A lower one of `others` makes room."""
         taken = {other.string: other for other in others}
         for string in range(len(self.tuning) - 1, -1, -1):
@@ -533,11 +521,11 @@ class _Part:
             if other.fret < fret:
                 rest = [each for each in others if each is not other]
                 pitch = other.fret + self.tuning[string]
-                other.string, other.fret = self._by_pitch(pitch, [*rest, Note(string, fret)])
+                other.string, other.fret = self._by_pitch(pitch, [*rest, model.Note(string, fret)])
                 return string, fret
         return -1, 0
 
-    def _read(self, element: Any, others: Sequence[Note]) -> Note | None:
+    def _read(self, element: Any, others: Sequence[model.Note]) -> model.Note | None:
         """The note, in a chord with `others`; None for what does not sound."""
         ties = (*element.iterfind("tie"), *element.iterfind("notations/tied"))
         tied = any(tie.get("type") == "stop" for tie in ties)
@@ -546,8 +534,8 @@ class _Part:
             return None
         dynamics = element.find("notations/dynamics")
         if dynamics is not None and len(dynamics):
-            self.velocity = velocity_of(dynamics[0].tag)
-        note = Note(*place, _force(element) or self.velocity, tie=tied)
+            self.velocity = model.velocity_of(dynamics[0].tag)
+        note = model.Note(*place, _force(element) or self.velocity, tie=tied)
         note.dead = (element.findtext("notehead") or "") == "x"
         note.ghost = element.find("notehead[@parentheses='yes']") is not None
         note.palm = element.findtext("play/mute") == "palm"
@@ -639,7 +627,7 @@ def _tempo(metronome: Any, bpm: float) -> float:
     return number(stated[0]) * lengths[0] if stated and len(lengths) == 1 else bpm
 
 
-def _mark_beat(element: Any, beat: Beat) -> None:
+def _mark_beat(element: Any, beat: model.Beat) -> None:
     """Adds a note's signs that are of the whole beat."""
     there = {each.tag: each for each in element.iterfind("notations/*")} | {
         each.tag: each for each in element.iterfind("notations/*/*")
@@ -652,7 +640,7 @@ def _mark_beat(element: Any, beat: Beat) -> None:
         beat.signs += ("two-note tremolo",)
 
 
-def _mark(note: Note, sign: Any) -> None:
+def _mark(note: model.Note, sign: Any) -> None:
     """Adds a sign of its notations to a note."""
     begins = sign.get("type") == "start"
     text = (sign.text or "").strip().lower()
@@ -681,7 +669,7 @@ def _mark(note: Note, sign: Any) -> None:
         note.tremolo = Fraction(1, 2 ** min(int(text) or UNMEASURED, 5))
 
 
-def _curve(bends: Sequence[Any]) -> Curve:
+def _curve(bends: Sequence[Any]) -> model.Curve:
     """The bends of a note, one after the other, each for an equal part of its length. Their heights add up."""
     points, height = list[tuple[float, float]](), 0.0
     for k, bend in enumerate(bends):

@@ -13,25 +13,7 @@ from itertools import cycle, islice, pairwise, zip_longest
 from math import ceil, gcd, log2
 
 from livebass.rows.techniques import SLIDE_STEP
-from livebass.tab.model import (
-    IN_ABOVE,
-    IN_BELOW,
-    LEGATO,
-    NATURAL,
-    OUT_DOWN,
-    OUT_UP,
-    SCRAPE,
-    SHIFT,
-    Bar,
-    Beat,
-    Curve,
-    Grace,
-    Note,
-    Tab,
-    Tempo,
-    Track,
-    UnreadableTab,
-)
+from livebass.tab import model
 from livebass.tab.order import order
 from livebass.tab.tempos import DEFAULT_TEMPO, Tempos
 
@@ -54,7 +36,7 @@ MIN_OUT = 0.06  # s of a note that slides out
 GHOST_SOFTER, ACCENT = 24, 16  # velocities
 TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
 MAX_FRET = 36
-FADES: dict[str, Curve] = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
+FADES: dict[str, model.Curve] = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
                            "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip  # signs of a beat
 MAX_STROKES = 20_000
 PARTIALS = range(2, 9)
@@ -74,9 +56,9 @@ class Stroke:
     partial: int = 1  # of a harmonic, over the stopped string
     palm: bool = False
     vibrato: float = 0.0  # 0 to 1
-    bend: Curve = ()  # (s, semitones)
+    bend: model.Curve = ()  # (s, semitones)
     direction: str = ""  # up, down: of the pick
-    fade: Curve = ()  # (s, part of the volume)
+    fade: model.Curve = ()  # (s, part of the volume)
     slow: float = 0.0  # s that a slow slide takes; 0: it is not slow
 
 
@@ -90,7 +72,7 @@ class Performance:
     end: Fraction
     lacks: Counter[str]  # signs that are not played
 
-    def beats(self, bars: Sequence[Bar]) -> list[tuple[float, bool]]:
+    def beats(self, bars: Sequence[model.Bar]) -> list[tuple[float, bool]]:
         """The time of each beat, s, and whether a bar begins there."""
         return [
             (self.tempos.seconds(begin + beat * bars[number].beat), beat == 0)
@@ -106,8 +88,8 @@ class _Written:
     begin: Fraction
     end: Fraction
     bar_end: Fraction
-    note: Note
-    beat: Beat
+    note: model.Note
+    beat: model.Beat
     ties: list[_Written] = field(default_factory=list)  # its continuations
 
     @property
@@ -115,7 +97,7 @@ class _Written:
         return [self, *self.ties]
 
 
-def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
+def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Performance:
     """The strokes of a track; of `bars` only, numbered from 0, once each. Raises UnreadableTab."""
     played = order(tab.bars) if bars is None else list(bars)
     begins, at = list[tuple[Fraction, int]](), Fraction(0)
@@ -138,16 +120,16 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
     return Performance(strokes, performer.tempos, begins, at, performer.lacks)
 
 
-def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, Tempo]]:
+def _tempos(bars: Sequence[model.Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, model.Tempo]]:
     """The tempos as they come. After a jump the tempo is the one that the written bar has."""
-    bpm, change, at_bar = DEFAULT_TEMPO, Tempo(Fraction(0), DEFAULT_TEMPO), list[list[Tempo]]()
+    bpm, change, at_bar = DEFAULT_TEMPO, model.Tempo(Fraction(0), DEFAULT_TEMPO), list[list[model.Tempo]]()
     for bar in bars:
-        at_bar.append([Tempo(Fraction(0), bpm), replace(change, at=Fraction(0))])
+        at_bar.append([model.Tempo(Fraction(0), bpm), replace(change, at=Fraction(0))])
         for tempo in [*bar.tempos, None]:
             passed = (tempo.at if tempo else bar.length) - change.at
             bpm = bpm + (change.bpm - bpm) * float(passed / change.over) if 0 <= passed < change.over else change.bpm
-            change = tempo or Tempo(Fraction(0), change.bpm, max(change.over - passed, Fraction(0)))
-    found, last = list[tuple[Fraction, Tempo]](), -1
+            change = tempo or model.Tempo(Fraction(0), change.bpm, max(change.over - passed, Fraction(0)))
+    found, last = list[tuple[Fraction, model.Tempo]](), -1
     for begin, number in begins:
         if number != last + 1:
             found += [(begin, tempo) for tempo in at_bar[number]]
@@ -198,7 +180,7 @@ def partial_at(node: float) -> int:
     return partial if distance < NEAR_NODE else 1
 
 
-def _legato_kind(grace: Grace | None, fret: int) -> str:
+def _legato_kind(grace: model.Grace | None, fret: int) -> str:
     """The kind of a stroke at `fret` that the left hand plays from a grace note; "": it does not."""
     if grace is None or not grace.joined or grace.fret == fret:
         return ""
@@ -212,7 +194,11 @@ class _Performer:
         self.lacks: Counter[str] = Counter()
 
     def read_bar(
-        self, begin: Fraction, bar: Bar, voices: Sequence[Sequence[Beat]], strings: dict[int, list[_Written]]
+        self,
+        begin: Fraction,
+        bar: model.Bar,
+        voices: Sequence[Sequence[model.Beat]],
+        strings: dict[int, list[_Written]],
     ) -> None:
         """Adds the notes of a bar that begins at `begin` to those of their strings."""
         for beat in (beat for voice in voices for beat in voice):
@@ -241,12 +227,12 @@ class _Performer:
             stroke.end = min(stroke.end, after_it.time)
         self.strokes += [stroke for stroke in line if stroke.end > stroke.time or stroke is line[-1]]
         if len(self.strokes) > MAX_STROKES:
-            raise UnreadableTab(f"has more than {MAX_STROKES} strokes")
+            raise model.UnreadableTab(f"has more than {MAX_STROKES} strokes")
 
     def _leads(self, written: _Written, after: _Written | None) -> str:
         """How a note leads to the one after it: by hammer, SHIFT or LEGATO slide; "": by a new stroke."""
         signs = {slide for part in written.parts for slide in part.note.slides}
-        way = LEGATO if LEGATO in signs else SHIFT if SHIFT in signs else ""
+        way = model.LEGATO if model.LEGATO in signs else model.SHIFT if model.SHIFT in signs else ""
         way = way or (HAMMER if any(part.note.hammer for part in written.parts) else "")
         if way and (after is None or after.begin - written.end >= TOGETHER):
             self.lacks["slide or hammer-on to nothing"] += 1
@@ -275,8 +261,8 @@ class _Performer:
             self._join(line, stroke, joined)
         elif note.hammered and not joined and note.fret > 0 and stroke.kind == PLUCK:
             stroke.kind = TAP
-        if IN_BELOW in note.slides or IN_ABOVE in note.slides:
-            self._slide_in(line, stroke, -1 if IN_BELOW in note.slides else 1)
+        if model.IN_BELOW in note.slides or model.IN_ABOVE in note.slides:
+            self._slide_in(line, stroke, -1 if model.IN_BELOW in note.slides else 1)
         line.append(stroke)
         if note.trill and not note.dead:
             self._trill(line, written, *note.trill)
@@ -285,10 +271,10 @@ class _Performer:
         elif note.tremolo:
             self._tremolo(line, written, note.tremolo)
         slides = {slide for part in written.parts for slide in part.note.slides}
-        if SCRAPE in slides:
+        if model.SCRAPE in slides:
             self.lacks["pick scrape"] += 1
-        if OUT_DOWN in slides or OUT_UP in slides:
-            self._slide_out(line, OUT_FRETS if OUT_UP in slides else -OUT_FRETS)
+        if model.OUT_DOWN in slides or model.OUT_UP in slides:
+            self._slide_out(line, OUT_FRETS if model.OUT_UP in slides else -OUT_FRETS)
 
     def _stroke(self, written: _Written, after: _Written | None) -> Stroke:
         """The stroke of a note by itself."""
@@ -310,14 +296,14 @@ class _Performer:
             self._touch(made, note)
         return made
 
-    def _touch(self, stroke: Stroke, note: Note) -> None:
+    def _touch(self, stroke: Stroke, note: model.Note) -> None:
         """Makes a stroke a harmonic."""
         if note.harmonic == "semi":
             self.lacks["semi-harmonic"] += 1
             return
         stroke.kind = PINCH if note.harmonic in ("pinch", "feedback") else HARMONIC
         stroke.partial = partial_at(note.node)
-        if note.harmonic == NATURAL:
+        if note.harmonic == model.NATURAL:
             stroke.fret = 0
         if stroke.partial == 1:
             self.lacks["harmonic without a node"] += 1
@@ -334,17 +320,17 @@ class _Performer:
         if joined == HAMMER:
             stroke.kind = HAMMER if way > 0 else PULL
             return
-        latest = stroke.time - 5e-3 if joined == SHIFT else stroke.time
+        latest = stroke.time - 5e-3 if joined == model.SHIFT else stroke.time
         slow = SLIDE_STEP * int(SLIDE_PART * (stroke.time - begun) / SLIDE_STEP + 1e-6)
         slow = slow if slow > A_FRET * abs(way) else 0.0
         begin = max(stroke.time - (slow or A_FRET * abs(way)), min(begun + MIN_BEFORE, latest))
         before.end = begin
-        if joined == SHIFT:
+        if joined == model.SHIFT:
             line.append(replace(stroke, time=begin, end=stroke.time, kind=SLIDE, bend=(), slow=slow))
         else:
             stroke.time, stroke.kind, stroke.slow = begin, SLIDE, slow
 
-    def _graces(self, line: list[Stroke], stroke: Stroke, note: Note) -> None:
+    def _graces(self, line: list[Stroke], stroke: Stroke, note: model.Note) -> None:
         """Plays the grace notes of a stroke before it; if no time is left there, in its place, and the stroke later."""
         room = stroke.time - (line[-1].time + MIN_GRACE if line else 0.0)
         lengths = [min(max(self.tempos.seconds(self.tempos.quarters(stroke.time) + float(grace.length)) - stroke.time,
@@ -356,7 +342,7 @@ class _Performer:
         at = stroke.time - sum(lengths)
         if line:
             line[-1].end = min(line[-1].end, at)
-        before: Grace | None = None
+        before: model.Grace | None = None
         for grace, length in zip(note.graces, lengths, strict=True):
             if grace.joined == "bend" and grace.fret < note.fret and grace is note.graces[-1]:
                 bend = (at, 0.0), (stroke.time, float(note.fret - grace.fret))

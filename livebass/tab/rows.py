@@ -4,40 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 
-from livebass.kernels.player.words import (
-    DIRECTION,
-    DOWN,
-    DYNAMICS_STEP,
-    FRET,
-    LOUDER,
-    NO_DYNAMICS,
-    PALMED,
-    PARTIAL,
-    SLOW,
-    STRIKES,
-    STRING,
-    STRING_EXPRESSION,
-    STRING_VIBRATO,
-    STRING_WHEEL,
-    STROKE,
-    STROKE_END,
-    UP,
-    VELOCITY,
-    WITH,
-    joined,
-)
+from livebass.kernels.player import words
 from livebass.rows.techniques import NO_SWITCH, OWN, POPS, SLIDE_STEP, TECHNIQUE_ROWS, THUMB_ON_ALL
 from livebass.tab.moves import BEGIN, BEND, CONTROL, END, EXPRESSION, LATER, VIBRATO, Moves, ending, following, missing
 from livebass.tab.perform import DEAD, HARMONIC, OFF_DOWN, OFF_UP, PINCH, SLIDE, TAP, Performance, Stroke
 
-KINDS = {VIBRATO: STRING_VIBRATO, BEND: STRING_WHEEL, EXPRESSION: STRING_EXPRESSION}
+KINDS = {VIBRATO: words.STRING_VIBRATO, BEND: words.STRING_WHEEL, EXPRESSION: words.STRING_EXPRESSION}
 STRUCK = {"slap": THUMB_ON_ALL, "pop": POPS}  # what strikes, by kind of stroke
 HELD = {  # techniques, by kind of stroke
     DEAD: "ghost", TAP: "tap", PINCH: "pinch", SLIDE: "slide", OFF_DOWN: "slide_off_down", OFF_UP: "slide_off_up",
     "left slap": "left_slap",
 }  # fmt: skip
-DIRECTIONS = {"down": DOWN, "up": UP}
-SLOWEST = (1 << SLOW[1]) - 1
+DIRECTIONS = {"down": words.DOWN, "up": words.UP}
+SLOWEST = (1 << words.SLOW[1]) - 1
 Tick = tuple[int, int, float]  # kind, number, value
 
 
@@ -65,19 +44,25 @@ def to_rows(performance: Performance, frets: int, dynamics: float) -> tuple[list
 
 def _begin(stroke: Stroke, dynamics: float) -> Tick:
     number = {
-        STRING: stroke.string, FRET: stroke.fret, VELOCITY: stroke.velocity, PALMED: int(stroke.palm),
-        DIRECTION: DIRECTIONS.get(stroke.direction, 0), WITH: _technique(stroke),
+        words.STRING: stroke.string, words.FRET: stroke.fret, words.VELOCITY: stroke.velocity,
+        words.PALMED: int(stroke.palm), words.DIRECTION: DIRECTIONS.get(stroke.direction, 0),
+        words.WITH: _technique(stroke),
     }  # fmt: skip
     value = {
-        STRIKES: STRUCK.get(stroke.kind, OWN), PARTIAL: stroke.partial if stroke.kind == HARMONIC else 0,
-        SLOW: min(round(stroke.slow / SLIDE_STEP), SLOWEST), LOUDER: NO_DYNAMICS + round(dynamics / DYNAMICS_STEP),
+        words.STRIKES: STRUCK.get(stroke.kind, OWN), words.PARTIAL: stroke.partial if stroke.kind == HARMONIC else 0,
+        words.SLOW: min(round(stroke.slow / SLIDE_STEP), SLOWEST),
+        words.LOUDER: words.NO_DYNAMICS + round(dynamics / words.DYNAMICS_STEP),
     }  # fmt: skip
-    return STROKE, joined(number), joined(value)
+    return words.STROKE, words.joined(number), words.joined(value)
 
 
 def _end(stroke: Stroke) -> Tick:
     off = stroke.kind in (OFF_DOWN, OFF_UP)
-    return STROKE_END, joined({STRING: stroke.string, WITH: _technique(stroke) if off else NO_SWITCH}), 0.0
+    return (
+        words.STROKE_END,
+        words.joined({words.STRING: stroke.string, words.WITH: _technique(stroke) if off else NO_SWITCH}),
+        0.0,
+    )
 
 
 def _technique(stroke: Stroke) -> int:

@@ -35,35 +35,7 @@ from livebass.kernels.machine.elementary import exp, exp2
 from livebass.kernels.machine.native import floats_at, record_address, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under, under_tension
 from livebass.kernels.string.preparing import ALL, MAX_WORDS, NOTE_BYTES
-from livebass.rows.techniques import (
-    ACTION,
-    CABLE,
-    CONCERT_PITCH,
-    CONTACT_LOSS,
-    FINGER_WIDTH,
-    FOAM,
-    FRET,
-    FRET_HEIGHT,
-    GAUGE,
-    HARDEST,
-    NAMED_TUNING,
-    NECK_MASS,
-    NECK_RELIEF,
-    NECK_RESONANCE,
-    NUT_HEIGHT,
-    OWN_PICKUPS,
-    PICKUP_1_HEIGHT,
-    PICKUP_1_PLACE,
-    PICKUP_HEIGHT,
-    PICKUP_PLACE,
-    PLUCK_ANGLE,
-    SLIDERS,
-    TENSION,
-    TUNED_BY,
-    TUNED_DROPPED,
-    TUNED_FURTHER,
-    WEAR,
-)
+from livebass.rows import techniques
 
 jit = compiled(attributes=SMALL)
 
@@ -71,7 +43,7 @@ CHANGE = np.dtype(
     [
         ("file", "i8"),  # address of the instrument file ...
         ("size", "i8"),  # ... and its bytes
-        ("value", "f8", (SLIDERS,)),  # of the sliders, in their units
+        ("value", "f8", (techniques.SLIDERS,)),  # of the sliders, in their units
         ("memory", "i8"),  # address of the workspace, including the image ...
         ("bytes", "i8"),  # ... and its size: `measure_change` sets it
         ("made", "i8"),  # address of the image that `make_change` made
@@ -138,7 +110,7 @@ def make_change(address):
     image.instrument.hand[:] = 0
     other_neck = move(bench, change.value)
     take_bench(bench, image.instrument)
-    if change.value[CONTACT_LOSS] != 0.0:
+    if change.value[techniques.CONTACT_LOSS] != 0.0:
         choose_tiers(kept, bench, image.instrument)
     state = make_notes(bench)
     if state == MADE:
@@ -149,7 +121,7 @@ def make_change(address):
 @entry("int64(int64, int64)", SMALL)
 def move_bench(bench, values):
     """Moves the BENCH at an address by SLIDERS float64 at another; returns 1 if frets or board have moved."""
-    return np.int64(move(bench_at(bench), floats_at(values, SLIDERS)))
+    return np.int64(move(bench_at(bench), floats_at(values, techniques.SLIDERS)))
 
 
 @jit
@@ -172,7 +144,11 @@ def move_strings(bench, value):
     The tension scales with the mass, the bending stiffness E I with the fourth power of the thickness, and B with E I
     over the tension.
     """
-    g, t, older = 1.0 + PERCENT * value[GAUGE], 1.0 + PERCENT * value[TENSION], 1.0 + PERCENT * value[WEAR]
+    g, t, older = (
+        1.0 + PERCENT * value[techniques.GAUGE],
+        1.0 + PERCENT * value[techniques.TENSION],
+        1.0 + PERCENT * value[techniques.WEAR],
+    )
     for i in range(bench.strings):
         string = bench.string[i]
         string.diameter *= g
@@ -181,9 +157,9 @@ def move_strings(bench, value):
         string.inharmonicity = string.inharmonicity * g * g / t
         string.viscoelastic_angle *= older
         string.thermoelastic *= older
-        string.extra_damping += value[FOAM]
+        string.extra_damping += value[techniques.FOAM]
         string.axial_stiffness = string.axial_stiffness * g * g
-        bench.contact_loss[i] *= 1.0 + PERCENT * value[CONTACT_LOSS]
+        bench.contact_loss[i] *= 1.0 + PERCENT * value[techniques.CONTACT_LOSS]
         string.contact_loss = bench.contact_loss[i] / bench.pressing[i]
 
 
@@ -193,15 +169,15 @@ def tune_strings(bench, numbers, value):
 
     A string pulled tighter gives way less: see `take_bench`. Notes keep their offsets from the frets' own pitches.
     """
-    named, higher = np.int64(value[NAMED_TUNING]), (bench.a4 + value[CONCERT_PITCH]) / bench.a4
-    if named == 0 and value[CONCERT_PITCH] == 0.0:
+    named, higher = np.int64(value[techniques.NAMED_TUNING]), (bench.a4 + value[techniques.CONCERT_PITCH]) / bench.a4
+    if named == 0 and value[techniques.CONCERT_PITCH] == 0.0:
         return
-    bench.a4 += value[CONCERT_PITCH]
+    bench.a4 += value[techniques.CONCERT_PITCH]
     for i in range(bench.strings):
         string = bench.string[i]
-        string.shifted = TUNED_BY[named]
-        if string.open_note == TUNED_DROPPED[named]:
-            string.shifted -= TUNED_FURTHER[named]
+        string.shifted = techniques.TUNED_BY[named]
+        if string.open_note == techniques.TUNED_DROPPED[named]:
+            string.shifted -= techniques.TUNED_FURTHER[named]
         string.retuned = exp2(string.shifted / 12.0) * higher
         square, f0 = string.retuned * string.retuned, string.law_fundamental
         if f0 == 0.0:
@@ -221,16 +197,16 @@ def move_pickups(bench, numbers, value):
 
     Nearer to the strings is louder: the flux falls by a factor of e per decay length.
     """
-    if value[CABLE] != 0.0:
-        bench.capacitance = max(bench.capacitance + PICO * value[CABLE], MIN_CAPACITANCE)
+    if value[techniques.CABLE] != 0.0:
+        bench.capacitance = max(bench.capacitance + PICO * value[techniques.CABLE], MIN_CAPACITANCE)
     room = np.inf
     for i in range(bench.strings):
         room = min(room, bench.string[i].length - end_of_neck(bench.string[i], numbers))
     for p in range(bench.pickups):
-        place, height = value[PICKUP_PLACE], value[PICKUP_HEIGHT]
-        if p < OWN_PICKUPS:
-            place += value[PICKUP_1_PLACE + 2 * p]
-            height += value[PICKUP_1_HEIGHT + 2 * p]
+        place, height = value[techniques.PICKUP_PLACE], value[techniques.PICKUP_HEIGHT]
+        if p < techniques.OWN_PICKUPS:
+            place += value[techniques.PICKUP_1_PLACE + 2 * p]
+            height += value[techniques.PICKUP_1_HEIGHT + 2 * p]
         if place != 0.0:
             half = 0.5 * bench.aperture[p]
             bench.position[p] = max(min(bench.position[p] + MM * place, room - half), half)
@@ -255,13 +231,13 @@ def end_of_neck(string, numbers):
 @jit
 def move_hand(bench, value):
     """Makes the finger wider at every velocity, turns the pull more across, and the hardest pluck harder."""
-    wider = 1.0 + PERCENT * value[FINGER_WIDTH]
+    wider = 1.0 + PERCENT * value[techniques.FINGER_WIDTH]
     bench.rounding *= wider
     bench.rounding_soft *= wider
-    if value[PLUCK_ANGLE] != 0.0:
-        bench.pluck_angle = max(min(bench.pluck_angle + DEGREE * value[PLUCK_ANGLE], STEEPEST), -STEEPEST)
-    if value[HARDEST] != 0.0:
-        bench.hardest = max(bench.hardest * (1.0 + PERCENT * value[HARDEST]), bench.softest)
+    if value[techniques.PLUCK_ANGLE] != 0.0:
+        bench.pluck_angle = max(min(bench.pluck_angle + DEGREE * value[techniques.PLUCK_ANGLE], STEEPEST), -STEEPEST)
+    if value[techniques.HARDEST] != 0.0:
+        bench.hardest = max(bench.hardest * (1.0 + PERCENT * value[techniques.HARDEST]), bench.softest)
 
 
 @jit
@@ -274,14 +250,14 @@ def move_resonance(bench, numbers, value):
         if k == string.bending_count:
             continue
         row = string.resonances + 3 * k
-        if value[NECK_RESONANCE] != 0.0:
-            nu = numbers[row] * (1.0 + PERCENT * value[NECK_RESONANCE])
+        if value[techniques.NECK_RESONANCE] != 0.0:
+            nu = numbers[row] * (1.0 + PERCENT * value[techniques.NECK_RESONANCE])
             if k + 1 < string.resonances_count:
                 nu = min(nu, numbers[row + 3] - APART)
             if k > 0:
                 nu = max(nu, numbers[row - 3] + APART)
             numbers[row] = nu
-        numbers[row + 2] *= 1.0 + PERCENT * value[NECK_MASS]
+        numbers[row + 2] *= 1.0 + PERCENT * value[techniques.NECK_MASS]
 
 
 @jit
@@ -290,7 +266,11 @@ def move_neck(bench, numbers, value):
 
     Skips necks whose frets count from a capo or are too few, and boards that no bow fits.
     """
-    action, relief, nut_height = MM * value[ACTION], MM * value[NECK_RELIEF], MM * value[NUT_HEIGHT]
+    action, relief, nut_height = (
+        MM * value[techniques.ACTION],
+        MM * value[techniques.NECK_RELIEF],
+        MM * value[techniques.NUT_HEIGHT],
+    )
     if action == 0.0 and relief == 0.0 and nut_height == 0.0:
         return False
     moved, lowest = False, action_of(bench.string[0], numbers)
@@ -319,12 +299,12 @@ def action_of(string, numbers):
 @jit
 def lift_fret(bench, numbers, value):
     """Raises one fret of a fretted neck without a capo; returns True if it did."""
-    fret, moved = np.int64(value[FRET]), False
-    if fret > 0 and value[FRET_HEIGHT] != 0.0:
+    fret, moved = np.int64(value[techniques.FRET]), False
+    if fret > 0 and value[techniques.FRET_HEIGHT] != 0.0:
         for i in range(bench.strings):
             string = bench.string[i]
             if not string.capo and string.surface_count == 0 and fret <= string.frets_count:
-                numbers[string.frets + 2 * fret - 1] += MM * value[FRET_HEIGHT]
+                numbers[string.frets + 2 * fret - 1] += MM * value[techniques.FRET_HEIGHT]
                 moved = True
     return moved
 

@@ -137,6 +137,4 @@ def lines(size):
 @jit
 def clear_memory(address, size):
     """Sets `size` bytes to zero, a whole number of words."""
-    words = words_at(address, size // WORD)
-    for k in range(size // WORD):
-        words[k] = 0
+    words_at(address, size // WORD)[:] = 0

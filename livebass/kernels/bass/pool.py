@@ -16,23 +16,8 @@ from livebass.kernels.bass.instrument import (
     words_before_numbers,
 )
 from livebass.kernels.machine.native import float_control, flush_bits, record_at, set_float_control, words_at
+from livebass.kernels.string import preparing
 from livebass.kernels.string.operators import hand_heights
-from livebass.kernels.string.preparing import (
-    NOTE,
-    NOTE_BYTES,
-    OPERATOR_BYTES,
-    PICKUPS,
-    PREPARING,
-    SENSORS,
-    fill,
-    fit_modes,
-    have_same_shapes,
-    measure,
-    measure_all,
-    note_at,
-    operator_at,
-    set_heights,
-)
 from livebass.kernels.string.records import DOUBLE, OPERATOR
 
 jit = compiled(attributes=SMALL)
@@ -47,9 +32,9 @@ POOL = np.dtype(
         ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
         ("bytes", "i8"),  # of memory: `measure_pool` sets it
         ("clean", "i8"),  # 1: memory holds zeros
-        ("preparing", PREPARING),
-        ("note", NOTE),  # workspace
-        ("before", NOTE),  # workspace
+        ("preparing", preparing.PREPARING),
+        ("note", preparing.NOTE),  # workspace
+        ("before", preparing.NOTE),  # workspace
         ("operator", OPERATOR),  # workspace
     ],
     align=True,
@@ -64,7 +49,7 @@ def begin_pool(pool):
     notes, tier = notes_of(file), file.instrument.tiers[pool.tier]
     work.count = notes
     work.numbers = pool.file + WORD * words_before_numbers(file)
-    work.taps = SENSORS if file.instrument.sensed else PICKUPS
+    work.taps = preparing.SENSORS if file.instrument.sensed else preparing.PICKUPS
     work.lossless = 0
     work.exact = pool.exact
     work.rate = pool.rate
@@ -81,10 +66,10 @@ def begin_pool(pool):
 def take_note(pool, k, note):
     """Copies note `k` of the file to the NOTE at an address, with its modes in the pool's tier."""
     notes = notes_of(file_at(pool.file))
-    copy_words(pool.file + FILE_BYTES + NOTE_BYTES * k, note, NOTE_BYTES // WORD)
-    modes = words_at(pool.file + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
-    note_at(note).modes = modes[pool.tier * notes + k]
-    fit_modes(pool.preparing, note_at(note))
+    copy_words(pool.file + FILE_BYTES + preparing.NOTE_BYTES * k, note, preparing.NOTE_BYTES // WORD)
+    modes = words_at(pool.file + FILE_BYTES + preparing.NOTE_BYTES * notes, TIERS * notes)
+    preparing.note_at(note).modes = modes[pool.tier * notes + k]
+    preparing.fit_modes(pool.preparing, preparing.note_at(note))
 
 
 @entry("void(int64)", SMALL)
@@ -98,9 +83,9 @@ def measure_pool(address):
         shared = k >= work.apart
         if shared:
             take_note(pool, k - work.apart, address + BEFORE_PLACE)
-            shared = have_same_shapes(work, pool.note, pool.before)
-        measure(work, pool.note, pool.operator, shared)
-    records = lines(OPERATOR_BYTES * work.count) + lines(NOTE_BYTES * work.count)
+            shared = preparing.have_same_shapes(work, pool.note, pool.before)
+        preparing.measure(work, pool.note, pool.operator, shared)
+    records = lines(preparing.OPERATOR_BYTES * work.count) + lines(preparing.NOTE_BYTES * work.count)
     pool.bytes = records + lines(DOUBLE * work.words) + lines(DOUBLE * work.table_words)
 
 
@@ -119,13 +104,13 @@ def fill_pool(address):
     work, words = pool.preparing, pool.preparing.words
     begin_pool(pool)
     work.operators = pool.memory
-    work.notes = work.operators + lines(OPERATOR_BYTES * work.count)
-    work.memory = work.notes + lines(NOTE_BYTES * work.count)
+    work.notes = work.operators + lines(preparing.OPERATOR_BYTES * work.count)
+    work.memory = work.notes + lines(preparing.NOTE_BYTES * work.count)
     work.table = work.memory + lines(DOUBLE * words)
     for k in range(work.count):
-        take_note(pool, k, work.notes + NOTE_BYTES * k)
-    measure_all(work)
-    state = fill(work)
+        take_note(pool, k, work.notes + preparing.NOTE_BYTES * k)
+    preparing.measure_all(work)
+    state = preparing.fill(work)
     take_hands(pool)
     set_float_control(before)
     return state
@@ -138,9 +123,9 @@ def take_hands(pool):
     frets = instrument.frets + 1
     for i in range(instrument.strings):
         if instrument.hand[i] > 0:
-            note = note_at(work.notes + NOTE_BYTES * i * frets)
-            op = operator_at(work.operators + OPERATOR_BYTES * i * frets)
-            set_heights(work, note, op, hand_heights(op), instrument.hand[i] - 1, 1)
+            note = preparing.note_at(work.notes + preparing.NOTE_BYTES * i * frets)
+            op = preparing.operator_at(work.operators + preparing.OPERATOR_BYTES * i * frets)
+            preparing.set_heights(work, note, op, hand_heights(op), instrument.hand[i] - 1, 1)
 
 
 NOTE_PLACE, BEFORE_PLACE = (POOL.fields[name][1] for name in ("note", "before"))  # type: ignore[index]

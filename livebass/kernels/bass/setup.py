@@ -8,6 +8,7 @@ this. [any thread but the playing one]
 import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
+from livebass.kernels.bass import strings
 from livebass.kernels.bass.floor import make_floor
 from livebass.kernels.bass.instrument import (
     answers_of,
@@ -29,15 +30,6 @@ from livebass.kernels.bass.records import (
     ahead_at,
     bass_at,
     saved_bytes,
-)
-from livebass.kernels.bass.strings import (
-    connect_pickups,
-    fit_noises,
-    make_performer,
-    reset_string,
-    signal_of_medium,
-    string_at,
-    take_circuit,
 )
 from livebass.kernels.effects.chain import bytes_of_effects, make_effects
 from livebass.kernels.machine.native import record_at, records_at
@@ -199,25 +191,25 @@ def fill_bass(address):
         b.share = soon if ends_soon(b) else later
     b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
     b.performer = place
-    make_performer(performer_at(place), instrument, building.seed)
+    strings.make_performer(performer_at(place), instrument, building.seed)
     b.events = b.performer + lines(PERFORMER_BYTES)
     performer_at(place).out.events = b.events
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
     b.tones = b.string_events + lines(EVENT_BYTES * EVENT_ROOM)
     place = b.tones + lines(TONES_BYTES)
-    take_circuit(building.coil, instrument, building.rate)
+    strings.take_circuit(building.coil, instrument, building.rate)
     fit_tones(b.tones, building.coil, instrument.gain)
     note = 0.0  # signal of a medium pluck, on average
     steps = np.int64(whole_steps(tier.contact_rate, building.rate))
     for i in range(instrument.strings):
         b.string[i] = place
-        string = string_at(place)
-        reset_string(string, building.rate, steps, 1, building.over_frets, building.over_board)
-        connect_pickups(string, instrument, i, building.coil)
+        string = strings.string_at(place)
+        strings.reset_string(string, building.rate, steps, 1, building.over_frets, building.over_board)
+        strings.connect_pickups(string, instrument, i, building.coil)
         ops = operators_at(building.operators[0], instrument.strings, instrument.frets + 1)
         connect_answers(string, i, instrument, ops)
-        fit_noises(string, i, instrument, performer_at(b.performer), ops, building.seed)
-        note += signal_of_medium(string.voice) / instrument.strings
+        strings.fit_noises(string, i, instrument, performer_at(b.performer), ops, building.seed)
+        note += strings.signal_of_medium(string.voice) / instrument.strings
         string.voice.tones = b.tones
         string.between = place + lines(STRING_BYTES) if instrument.fretless[i] else 0
         b.ahead[i] = place + bytes_of_string(instrument, i)
@@ -232,7 +224,7 @@ def fill_bass(address):
         place += report_bytes(building)
     player = instrument.player
     if (player.floor_noise > OFF or player.hum > OFF) and note > 0.0:
-        pole = string_at(b.string[0]).voice.gain_pole
+        pole = strings.string_at(b.string[0]).voice.gain_pole
         make_floor(b.floor, player, note, building.rate, pole, building.seed)
     b.effects = place
     count, given = building.response_count, building.response_rate

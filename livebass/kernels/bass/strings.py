@@ -14,7 +14,7 @@ from livebass.kernels.pickup.coil import CIRCUIT, COIL
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import make_controls
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
-from livebass.kernels.player.performer import MAX_STRINGS, performer_at
+from livebass.kernels.player.performer import performer_at
 from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_corner
 from livebass.kernels.string import answers
 from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
@@ -180,8 +180,7 @@ def make_performer(p, instrument, seed):
     copy_record(p.player, instrument.player)
     copy_record(p.key_map, instrument.key_map)
     fill_strokes(p, instrument.strokes)
-    for i in range(MAX_STRINGS):
-        p.hands.key[i] = -1
+    p.hands.key[:] = -1
     for velocity in range(KEYS):
         p.part[velocity] = instrument.part[velocity]
     p.default_slapped = p.player.slapped_strings if instrument.slap else 0

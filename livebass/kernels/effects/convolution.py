@@ -77,9 +77,8 @@ def end_partition(e):
         signal_of(real, imaginary, work_real, work_imaginary, cosines, sines)
         for k in range(PART):
             tail[k] = work_real[PART + k]
-        for k in range(BINS):
-            real[k] = 0.0
-            imaginary[k] = 0.0
+        real[:] = 0.0
+        imaginary[:] = 0.0
         e.done = 0
     for k in range(PART):
         line[k] = line[PART + k]
@@ -90,15 +89,9 @@ def silence_response(e):
     """Resets the convolution."""
     if e.taps == 0:
         return
-    line, tail = floats_at(e.line, TURNS), floats_at(e.tail, PART)
-    for k in range(PART):
-        line[k] = 0.0
-        line[PART + k] = 0.0
-        tail[k] = 0.0
-    sums, inputs = floats_at(e.sums, 2 * BINS), floats_at(e.inputs, 2 * BINS * e.parts)
-    for k in range(2 * BINS):
-        sums[k] = 0.0
-    for k in range(2 * BINS * e.parts):
-        inputs[k] = 0.0
+    floats_at(e.line, TURNS)[:] = 0.0
+    floats_at(e.tail, PART)[:] = 0.0
+    floats_at(e.sums, 2 * BINS)[:] = 0.0
+    floats_at(e.inputs, 2 * BINS * e.parts)[:] = 0.0
     e.newest = np.int64(0)
     e.done = 0

@@ -160,8 +160,7 @@ def take_response(e, address, count, given):
         else:
             to_real, to_imaginary = spectrum_at(e.spectra, part - 1, 0), spectrum_at(e.spectra, part - 1, 1)
             spectrum_of(line, to_real, to_imaginary, real, imaginary, cosines, sines)
-    for k in range(TURNS):
-        line[k] = 0.0
+    line[:] = 0.0
 
 
 @jit

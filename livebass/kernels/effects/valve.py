@@ -135,9 +135,8 @@ def fill_valve(e):
     for k in range(CURVE):
         e.curve[k] = rest - e.curve[k]
     c = 2.0 * e.rate
-    for k in range(4):
-        e.tone_b[k] = 0.0
-        e.tone_a[k] = 0.0
+    e.tone_b[:] = 0.0
+    e.tone_a[:] = 0.0
     add_term(e, 0, 1.0, 1.0, 3.0, 3.0, 1.0)
     add_term(e, 1, c, 1.0, 1.0, -1.0, -1.0)
     add_term(e, 2, c * c, 1.0, -1.0, -1.0, 1.0)
@@ -226,9 +225,6 @@ def drive_valve(e, requested, n):
 @jit
 def silence_valve(e):
     """Resets the valve stage."""
-    for k in range(ALLPASSES):
-        for i in range(2):
-            e.up[k, i] = 0.0
-            e.down[k, i] = 0.0
-    for k in range(3):
-        e.tone[k] = 0.0
+    e.up[:] = 0.0
+    e.down[:] = 0.0
+    e.tone[:] = 0.0

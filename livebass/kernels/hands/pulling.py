@@ -26,8 +26,7 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
     length = op.length
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
-    for j in range(op.padded):
-        w.held[j] = 0.0
+    w.held[: op.padded] = 0.0
     if apex == 0.0:
         return
     for j in range(op.modes):
@@ -56,8 +55,7 @@ def shapes_of_pluck(slot, op, apex, across, position, rounding, release):
 def shape_of_strike(w, op, depth, position, width):
     """Fills w.strike with modal velocities: an impulse that pushes an endless string down by `depth`."""
     k1 = np.pi / op.length
-    for j in range(op.padded):
-        w.strike[j] = 0.0
+    w.strike[: op.padded] = 0.0
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
         smooth = exp(-0.5 * square(k * width))

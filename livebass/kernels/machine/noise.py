@@ -63,6 +63,5 @@ def next_of_band(band, x):
 @jit
 def clear_band(band):
     """Clears the memory of a BAND."""
-    for k in range(POLES):
-        band.low_pass[k] = 0.0
-        band.high_pass[k] = 0.0
+    band.low_pass[:] = 0.0
+    band.high_pass[:] = 0.0

@@ -57,9 +57,7 @@ def fit(coil):
     set_circuit(coil, time)
     order = set_poles(coil)
     set_denominator(coil, order)
-    for i in range(ORDER + 1):
-        for k in range(ORDER + 2):
-            coil.triangle[i, k] = 0.0
+    coil.triangle[:] = 0.0
     for k in range(FREQUENCIES):
         add_equations(coil, time, FITTED * k / (FREQUENCIES - 1))
     for i in range(ORDER, -1, -1):
@@ -134,9 +132,8 @@ def real_root(d):
 def set_denominator(coil, order):
     """Sets a: the product of 1 - exp(pole / rate) / z over the poles."""
     real, imaginary = coil.product[0], coil.product[1]
-    for i in range(ORDER + 1):
-        real[i] = 0.0
-        imaginary[i] = 0.0
+    real[: ORDER + 1] = 0.0
+    imaginary[: ORDER + 1] = 0.0
     real[0] = 1.0
     for k in range(order):
         size = exp(coil.real[k] / coil.rate)

@@ -17,7 +17,6 @@ from livebass.kernels.player.parameters import adjust_player, set_amount, set_pa
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ANY,
-    CHANNELS,
     IN_TUNE,
     MAX_RANGE,
     MAX_STRINGS,
@@ -27,45 +26,7 @@ from livebass.kernels.player.performer import (
 )
 from livebass.kernels.player.touches import touch_palms
 from livebass.kernels.string.records import BLEND
-from livebass.rows.techniques import (
-    ACTIONS,
-    AMOUNT,
-    BEND_STARTS,
-    CC_BEND,
-    CC_BLEND,
-    CC_EXPRESSION,
-    CC_HAND,
-    CC_LEGATO,
-    CC_LET_RING,
-    CC_PALM,
-    CC_PARAMETER,
-    CC_PLACE,
-    CC_SLIDE,
-    CC_SLIDE_TIME,
-    CC_VIBRATO,
-    CC_VOLUME,
-    GAIN_DB,
-    HAND_AT,
-    LET_RING,
-    MAX_SETTINGS,
-    MIN_SETTINGS,
-    NO_FUNCTION,
-    NO_SWITCH,
-    ON_STRING,
-    OWN,
-    PALM,
-    PARAMETER,
-    PARAMETERS,
-    SETTING,
-    SETTINGS,
-    SLIDE_STEP,
-    STOP_ALL,
-    STROKE_OF,
-    SWITCHED,
-    TECHNIQUE,
-    TOP_KEYS,
-    VIBRATO,
-)
+from livebass.rows import techniques
 
 jit = compiled(attributes=SMALL)
 
@@ -82,9 +43,9 @@ COARSE_MIDDLE = 64
 def control(p, ops, channel, number, value):
     """Handles a channel's control change by the bass's map, otherwise by the MIDI standard."""
     what = p.key_map.function[number]
-    if what >= CC_PARAMETER:
-        turn_parameter(p, what - CC_PARAMETER, value)
-    elif what != NO_FUNCTION:
+    if what >= techniques.CC_PARAMETER:
+        turn_parameter(p, what - techniques.CC_PARAMETER, value)
+    elif what != techniques.NO_FUNCTION:
         use_function(p, ops, channel, what, value)
     elif number == PEDAL and value < 64:
         set_pedal(p, channel, value)
@@ -113,36 +74,36 @@ def control(p, ops, channel, number, value):
 def use_function(p, ops, channel, what, value):
     """Performs the function that the bass's map gives a channel's controller (techniques.py)."""
     controls, own, bass = p.controls, p.controls.channel[channel], p.controls.channel[ANY]
-    if what == CC_PLACE:
+    if what == techniques.CC_PLACE:
         p.position = p.player.pluck_nearest + (p.player.pluck_farthest - p.player.pluck_nearest) * value / 127.0
-    elif what == CC_VOLUME:
+    elif what == techniques.CC_VOLUME:
         own.volume = bass.volume = value / 127.0
         send_gains(p, channel)
-    elif what == CC_EXPRESSION:
+    elif what == techniques.CC_EXPRESSION:
         own.expression = bass.expression = value / 127.0
         send_gains(p, channel)
-    elif what == CC_LET_RING:
+    elif what == techniques.CC_LET_RING:
         set_pedal(p, channel, value)
-    elif what == CC_VIBRATO:
+    elif what == techniques.CC_VIBRATO:
         own.vibrato = bass.vibrato = value / 127.0
         send_vibratos(p, channel)
-    elif what == CC_PALM:
+    elif what == techniques.CC_PALM:
         controls.palm = value / 127.0
         touch_palms(p, ops)
-    elif what == CC_SLIDE:
+    elif what == techniques.CC_SLIDE:
         controls.sliding = 1 if value >= 64 else 0
-    elif what == CC_SLIDE_TIME:
-        controls.slide_time = SLIDE_STEP * value
-    elif what == CC_LEGATO:
+    elif what == techniques.CC_SLIDE_TIME:
+        controls.slide_time = techniques.SLIDE_STEP * value
+    elif what == techniques.CC_LEGATO:
         controls.legato = 1 if value >= 64 else 0
-    elif what == CC_BEND:
+    elif what == techniques.CC_BEND:
         bend_upwards(own, value)
         bend_upwards(bass, value)
         if bass.bend_ready or (own.bend_ready and controls.mode == ALL_ALIKE):
             send_bends(p, channel)
-    elif what == CC_HAND:
+    elif what == techniques.CC_HAND:
         move_hand(p, 1 + value * (p.frets - HAND_SPAN - 1) // 127)
-    elif what == CC_BLEND:
+    elif what == techniques.CC_BLEND:
         controls.blend = (value - 64) / 64.0 if value < 64 else (value - 64) / 63.0
         send_value_to_all(p, BLEND, controls.blend)
 
@@ -150,7 +111,7 @@ def use_function(p, ops, channel, what, value):
 @jit
 def bend_upwards(record, value):
     """Bends a record's strings up by the controller, once it has been near 0."""
-    record.bend_ready = 1 if value < BEND_STARTS else record.bend_ready
+    record.bend_ready = 1 if value < techniques.BEND_STARTS else record.bend_ready
     if record.bend_ready:
         record.bend_up = BEND_UP * value / 127.0
 
@@ -250,11 +211,9 @@ def reset_channel(record, vibrato):
 def make_controls(p):
     """Fills a new performer's zeroed CONTROLS and its strings' channels; its player must already be set."""
     p.controls.level = 1.0
-    for key in range(KEYS):
-        p.controls.place_of[key] = np.nan
-        p.controls.string_of[key] = -1
-    for i in range(MAX_STRINGS):
-        p.hands.channel[i] = -1
+    p.controls.place_of[:] = np.nan
+    p.controls.string_of[:] = -1
+    p.hands.channel[:] = -1
     for channel in range(ANY + 1):
         record = p.controls.channel[channel]
         record.volume = 1.0
@@ -267,8 +226,8 @@ def make_controls(p):
 @jit
 def is_switch(p, key):
     """True if `key` is a switch: it is in the map, and it lies outside the bass's notes or the map overrides them."""
-    outside = key < note_range(p)[0] or key >= TOP_KEYS
-    return p.key_map.action[key] != NO_SWITCH and (p.key_map.over_notes != 0 or outside)
+    outside = key < note_range(p)[0] or key >= techniques.TOP_KEYS
+    return p.key_map.action[key] != techniques.NO_SWITCH and (p.key_map.over_notes != 0 or outside)
 
 
 @jit
@@ -277,18 +236,18 @@ def turn_switch(p, ops, key, on):
     action, before = p.key_map.action[key], p.pressed[key]
     p.pressed[key] = max(before + (1 if on else -1), 0)
     use_technique(p, ops, action, p.pressed[key] - before)
-    if action == ON_STRING:
+    if action == techniques.ON_STRING:
         string = string_called(p, p.key_map.value[key])
         if on:
             p.forced = string
         elif p.forced == string:
             p.forced = -1
-    elif on and STROKE_OF[action] != OWN:
-        adjust_player(p, np.int64(TECHNIQUE), np.float64(STROKE_OF[action]))
-    elif on and action == STOP_ALL:
+    elif on and techniques.STROKE_OF[action] != techniques.OWN:
+        adjust_player(p, np.int64(techniques.TECHNIQUE), np.float64(techniques.STROKE_OF[action]))
+    elif on and action == techniques.STOP_ALL:
         for i in range(p.strings):
             stop_string(p, i)
-    elif on and action == HAND_AT:
+    elif on and action == techniques.HAND_AT:
         move_hand(p, p.key_map.value[key])
 
 
@@ -296,11 +255,11 @@ def turn_switch(p, ops, key, on):
 def use_technique(p, ops, action, more):
     """Counts `more` of what holds a technique: keys, or the host's switch."""
     p.switched[action] += more
-    if action == PALM:
+    if action == techniques.PALM:
         touch_palms(p, ops)
-    elif action == VIBRATO:
+    elif action == techniques.VIBRATO:
         send_vibratos(p, np.int64(ANY))
-    elif action == LET_RING:
+    elif action == techniques.LET_RING:
         stop_pedalled(p, np.int64(ANY))
 
 
@@ -316,15 +275,15 @@ def latch(p, ops, action, on):
 @jit
 def set_value(p, ops, kind, number, value):
     """Sets a parameter's value by the `kind` and number of its event (techniques.event); others change nothing."""
-    if kind == PARAMETER and number < PARAMETERS:
+    if kind == techniques.PARAMETER and number < techniques.PARAMETERS:
         set_parameter(p, number, within_limits(number, value))
-    elif kind == AMOUNT:
+    elif kind == techniques.AMOUNT:
         set_amount(p, ops, number, value)
-    elif kind == SWITCHED and number < ACTIONS:
+    elif kind == techniques.SWITCHED and number < techniques.ACTIONS:
         latch(p, ops, number, np.int64(value > 0.5))
-    elif kind == SETTING and number < SETTINGS:
+    elif kind == techniques.SETTING and number < techniques.SETTINGS:
         value = 0.0 if np.isnan(value) else value
-        p.controls.settings[number] = min(max(value, MIN_SETTINGS[number]), MAX_SETTINGS[number])
+        p.controls.settings[number] = min(max(value, techniques.MIN_SETTINGS[number]), techniques.MAX_SETTINGS[number])
 
 
 @entry("void(int64, int64, int64, int64, float64)", SMALL)
@@ -337,10 +296,9 @@ def take_value(p, ops, kind, number, value):
 @jit
 def release_switches(p, ops):
     """Releases all key switches; latched techniques stay on."""
-    for key in range(KEYS):
-        p.pressed[key] = 0
+    p.pressed[:] = 0
     p.forced = -1
-    for action in range(ACTIONS):
+    for action in range(techniques.ACTIONS):
         held = p.switched[action] - p.controls.latched[action]
         if held > 0:
             use_technique(p, ops, action, -held)
@@ -353,10 +311,10 @@ def take_over(p, old):
     Parameters apply to this bass's own numbers. The pluck position and each channel's wheel range are this bass's own
     too, unless a controller had moved them.
     """
-    for number in range(GAIN_DB + 1, PARAMETERS):
+    for number in range(techniques.GAIN_DB + 1, techniques.PARAMETERS):
         adjust_player(p, number, old.controls.adjusted[number])
     copy_record(p.controls, old.controls)
-    for action in range(ACTIONS):
+    for action in range(techniques.ACTIONS):
         p.switched[action] = p.controls.latched[action]
     for channel in range(ANY + 1):
         record = p.controls.channel[channel]
@@ -368,15 +326,14 @@ def take_over(p, old):
     if old.position != old.placed and farthest != nearest:
         part = (old.position - nearest) / (farthest - nearest)
         p.position = p.player.pluck_nearest + (p.player.pluck_farthest - p.player.pluck_nearest) * part
-    for channel in range(CHANNELS):
-        p.hands.channel_string[channel] = -1
+    p.hands.channel_string[:] = -1
     for key in range(KEYS):
         p.hands.holding[key] = old.hands.holding[key]
         action, value = p.key_map.action[key], p.key_map.value[key]
         if action == old.key_map.action[key] and value == old.key_map.value[key]:
             p.pressed[key] = old.pressed[key]
             p.switched[action] += p.pressed[key]
-            if p.pressed[key] > 0 and action == ON_STRING:
+            if p.pressed[key] > 0 and action == techniques.ON_STRING:
                 p.forced = string_called(p, value)
 
 

@@ -15,10 +15,9 @@ EVENT_BYTES, EVENT_WORDS = EVENT.itemsize, EVENT.itemsize // 8
 def next_event(p, i, kind):
     """Begins the next event and returns it; all fields but frame, string and kind are 0."""
     address = p.out.events + EVENT_BYTES * p.out.count
-    words, e = words_at(address, EVENT_WORDS), event_at(address)
-    for k in range(EVENT_WORDS):
-        words[k] = 0
+    words_at(address, EVENT_WORDS)[:] = 0
     p.out.count += 1
+    e = event_at(address)
     e.frame = p.out.frame
     e.string = i
     e.kind = kind

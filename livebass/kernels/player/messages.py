@@ -7,8 +7,8 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
+from livebass.kernels.player import expression, words
 from livebass.kernels.player.channels import leading, pedal_is_down
-from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
     COARSE_RPN,
@@ -22,18 +22,6 @@ from livebass.kernels.player.controls import (
     turn_switch,
 )
 from livebass.kernels.player.events import send_value_to_all, send_vibrato
-from livebass.kernels.player.expression import (
-    VIBRATO_DEPTH,
-    VIBRATO_RATE,
-    bend_note,
-    bend_string,
-    express_string,
-    follow_wheel,
-    send_bends,
-    take_channel,
-    vibrate_note,
-    wheel_of,
-)
 from livebass.kernels.player.fingering import has_note, natural_harmonic
 from livebass.kernels.player.notes import EVERY_STRING, cut_note, note_off, note_on, stop_string
 from livebass.kernels.player.parameters import place_note, string_note
@@ -55,21 +43,6 @@ from livebass.kernels.player.performer import (
     performer_at,
 )
 from livebass.kernels.player.tablature import play_by_string
-from livebass.kernels.player.words import (
-    MIDI,
-    NOTE_BEND,
-    NOTE_CUT,
-    NOTE_PLACE,
-    NOTE_STRING,
-    NOTE_VIBRATO,
-    NUMBER,
-    STRING_BEND,
-    STROKE,
-    key_channel_of,
-    kind_of,
-    plays_strings,
-    unpack,
-)
 from livebass.kernels.string.records import EVENT, IDLE, PLUCK, RING_ON, STRIKE_EVENT, THROW
 from livebass.rows.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
@@ -124,20 +97,20 @@ def handle_message(p, ops, status, first, second):
 @jit
 def handle_event(p, ops, word, value):
     """Handles an event other than MIDI (words.py): writes at most MAX_EVENTS events to `p.out`."""
-    kind, number = kind_of(word), word & NUMBER
-    if kind == STRING_BEND:
-        bend_string(p, number, value)
-    elif kind == NOTE_BEND:
-        bend_note(p, key_channel_of(word), number, value)
-    elif kind == NOTE_VIBRATO:
-        vibrate_note(p, key_channel_of(word), number, value)
-    elif kind == NOTE_CUT:
-        cut_note(p, key_channel_of(word), number)
-    elif kind == NOTE_PLACE:
+    kind, number = words.kind_of(word), word & words.NUMBER
+    if kind == words.STRING_BEND:
+        expression.bend_string(p, number, value)
+    elif kind == words.NOTE_BEND:
+        expression.bend_note(p, words.key_channel_of(word), number, value)
+    elif kind == words.NOTE_VIBRATO:
+        expression.vibrate_note(p, words.key_channel_of(word), number, value)
+    elif kind == words.NOTE_CUT:
+        cut_note(p, words.key_channel_of(word), number)
+    elif kind == words.NOTE_PLACE:
         place_note(p, number, value)
-    elif kind == NOTE_STRING:
+    elif kind == words.NOTE_STRING:
         string_note(p, number, value)
-    elif plays_strings(kind):
+    elif words.plays_strings(kind):
         play_by_string(p, ops, kind, word, value)
         update_idle(p)
     else:
@@ -151,11 +124,11 @@ def ring_on(p, ops, player, before, word, value):
     `player` has turned the word into its events from `before` on. If it is a note's and they pluck or strike a string,
     the string of the same tuning is damped here.
     """
-    status, first, second = unpack(word)
-    kind = kind_of(word)
-    if kind == STROKE or (kind == MIDI and status & 0xF0 == NOTE_ON and second > 0):
+    status, first, second = words.unpack(word)
+    kind = words.kind_of(word)
+    if kind == words.STROKE or (kind == words.MIDI and status & 0xF0 == NOTE_ON and second > 0):
         damp_replaced(p, player, before)
-    elif kind == MIDI:
+    elif kind == words.MIDI:
         handle_message(p, ops, status, first, second)
     else:
         handle_event(p, ops, word, value)
@@ -195,12 +168,12 @@ def handle_common_message(p, ops, status, first, second):
             set_mode(p, STRING_A_CHANNEL if first == MONO else ALL_ALIKE, channel, min(second, CHANNELS - channel))
         control(p, ops, channel, first, second)
     elif kind == WHEEL:
-        p.controls.channel[channel].wheel = wheel_of(first, second)
-        p.controls.channel[ANY].wheel = wheel_of(first, second)
+        p.controls.channel[channel].wheel = expression.wheel_of(first, second)
+        p.controls.channel[ANY].wheel = expression.wheel_of(first, second)
         if p.wheel_slides:
-            follow_wheel(p, channel)
+            expression.follow_wheel(p, channel)
         else:
-            send_bends(p, channel)
+            expression.send_bends(p, channel)
 
 
 @jit
@@ -214,23 +187,21 @@ def set_mode(p, mode, first, channels):
     controls.first_channel = first
     controls.channels = channels
     controls.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
-    for channel in range(CHANNELS):
-        controls.channel_wheel[channel] = 0.0
-        controls.channel_place[channel] = np.nan
-        p.hands.channel_string[channel] = -1
+    controls.channel_wheel[:] = 0.0
+    controls.channel_place[:] = np.nan
+    p.hands.channel_string[:] = -1
     for i in range(MAX_STRINGS):
         controls.string_bend[i] = 0.0
         if controls.string_expression[i] != 1.0:
-            express_string(p, i, 1.0)
+            expression.express_string(p, i, 1.0)
 
 
 @jit
 def forget_channels(p):
     """Makes all strings follow ANY, whichever channel played them, and forgets which channels hold keys."""
     for i in range(p.strings):
-        take_channel(p, i, np.int64(-1))
-    for key in range(KEYS):
-        p.hands.holding[key] = 0
+        expression.take_channel(p, i, np.int64(-1))
+    p.hands.holding[:] = 0
 
 
 @jit
@@ -250,16 +221,16 @@ def handle_own_message(p, ops, status, first, second):
         if i >= 0:
             note_off(p, ops, channel, first, second if kind == NOTE_OFF else RELEASE, i)
     elif kind == WHEEL:
-        controls.channel_wheel[channel] = wheel_of(first, second)
+        controls.channel_wheel[channel] = expression.wheel_of(first, second)
         if i >= 0:
-            bend_string(p, i, controls.channel_wheel[channel] * controls.channel_range)
+            expression.bend_string(p, i, controls.channel_wheel[channel] * controls.channel_range)
     elif kind == PRESSURE or (kind == CONTROL and p.key_map.function[first] == CC_VIBRATO):
         pressure = first if kind == PRESSURE else second
         if i >= 0:
-            send_vibrato(p, i, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
+            send_vibrato(p, i, expression.VIBRATO_DEPTH * pressure / 127.0, expression.VIBRATO_RATE)
     elif kind == CONTROL and controls.mode == STRING_A_CHANNEL and p.key_map.function[first] == CC_EXPRESSION:
         if i >= 0:
-            express_string(p, i, second / 127.0)
+            expression.express_string(p, i, second / 127.0)
     elif kind == CONTROL and first == BRIGHTNESS:
         controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
     elif kind == CONTROL and controls.channel[ANY].rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
@@ -286,7 +257,7 @@ def play_own_note(p, ops, i, channel, key, velocity):
     latest = p.hands.latest
     p.hands.channel_string[channel] = latest
     if latest >= 0:
-        bend_string(p, latest, controls.channel_wheel[channel] * controls.channel_range)
+        expression.bend_string(p, latest, controls.channel_wheel[channel] * controls.channel_range)
 
 
 @jit

@@ -4,37 +4,16 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.hands.sliding import SLIDE_TIME
+from livebass.kernels.player import fingering
 from livebass.kernels.player.channels import follows, rings_on
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import next_event, send_slide, send_timed_slide, send_touch
 from livebass.kernels.player.expression import end_note_expression, take_channel
-from livebass.kernels.player.fingering import (
-    choose_string,
-    fold_note,
-    has_note,
-    natural_harmonic,
-    note_range,
-    reach_fret,
-    sounding_string,
-    stopped_at,
-)
 from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
 from livebass.kernels.player.strokes import force_at, part_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
-from livebass.rows.techniques import (
-    ARTIFICIAL,
-    ARTIFICIALS,
-    DETACH,
-    GHOST,
-    HARMONIC,
-    LEGATO,
-    PINCH,
-    SLIDE,
-    SLIDE_OFF_DOWN,
-    SLIDE_OFF_UP,
-    TAP,
-)
+from livebass.rows import techniques
 
 jit = compiled(attributes=SMALL)
 
@@ -75,7 +54,7 @@ def note_on(p, ops, channel, key, velocity):
         p.transposed += 1
     fret, before = 0 if node > 0 else note - p.open[i], np.int64(-1)
     if tied:
-        before = stopped_at(p, i, hands.fret[i])
+        before = fingering.stopped_at(p, i, hands.fret[i])
         stack_key(p, i)
     else:
         hands.stacked[i] = 0
@@ -96,13 +75,13 @@ def sound_string(p, ops, i, before, node, velocity, own_place):
     `before` is -1 for a note that begins. `node`, `own_place`: as in `play_stroke`.
     """
     part, fret = part_at(p, velocity), p.hands.fret[i]
-    stop = stopped_at(p, i, fret)
-    if p.switched[TAP] > 0 and fret > 0:
+    stop = fingering.stopped_at(p, i, fret)
+    if p.switched[techniques.TAP] > 0 and fret > 0:
         tap_string(p, ops, i, stop, part)
     elif before >= 0 and stop != before:
         go_to_fret(p, ops, i, before, stop, part)
     else:
-        ghost = p.switched[GHOST] > 0 or velocity < p.player.ghost_below
+        ghost = p.switched[techniques.GHOST] > 0 or velocity < p.player.ghost_below
         play_stroke(p, ops, i, stop, node, part, ghost, own_place)
 
 
@@ -130,14 +109,14 @@ def find_note(p, key, own_string):
     Keys out of range move by octaves; the note is -1 if that fails or is switched off.
     """
     i, node = -1, 0
-    if p.switched[HARMONIC] > 0:
-        i, node = natural_harmonic(p, key, own_string)
+    if p.switched[techniques.HARMONIC] > 0:
+        i, node = fingering.natural_harmonic(p, key, own_string)
         if node > 0:  # harmonics reach beyond the last fret
             return key, i, node
-    low, high = note_range(p)
-    note = fold_note(key, low, high)
-    if p.switched[HARMONIC] > 0 and note != key:
-        i, node = natural_harmonic(p, note, own_string)
+    low, high = fingering.note_range(p)
+    note = fingering.fold_note(key, low, high)
+    if p.switched[techniques.HARMONIC] > 0 and note != key:
+        i, node = fingering.natural_harmonic(p, note, own_string)
     if note < low or (note != key and p.drop):
         return np.int64(-1), i, node
     return note, i, node
@@ -146,12 +125,16 @@ def find_note(p, key, own_string):
 @jit
 def tied_string(p, note, own_string):
     """Returns the string whose note continues to `note` without a stroke: legato, sliding, mono; -1: none."""
-    if p.controls.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.hands.state[own_string] == HELD:
+    if (
+        p.controls.mode == STRING_A_CHANNEL
+        and fingering.has_note(p, own_string, note)
+        and p.hands.state[own_string] == HELD
+    ):
         return own_string
-    legato = (p.controls.legato or p.switched[LEGATO] > 0) and not plays_harmonics(p)
+    legato = (p.controls.legato or p.switched[techniques.LEGATO] > 0) and not plays_harmonics(p)
     if not (legato or is_sliding(p) or p.controls.mono):
         return np.int64(-1)
-    i = sounding_string(p, note)
+    i = fingering.sounding_string(p, note)
     if legato or is_sliding(p) or i < 0 or abs(note - p.open[i] - p.hands.fret[i]) <= MONO_STEP:
         return i
     return np.int64(-1)
@@ -160,33 +143,33 @@ def tied_string(p, note, own_string):
 @jit
 def plays_harmonics(p):
     """True if a key for harmonics is held."""
-    held = p.switched[HARMONIC] + p.switched[PINCH]
-    for n in range(ARTIFICIALS):
-        held += p.switched[ARTIFICIAL + n]
+    held = p.switched[techniques.HARMONIC] + p.switched[techniques.PINCH]
+    for n in range(techniques.ARTIFICIALS):
+        held += p.switched[techniques.ARTIFICIAL + n]
     return held > 0
 
 
 @jit
 def string_for(p, channel, note, own_string):
     """Returns the string for a stroke of `note` of `channel`: the requested one, or the best; -1: none."""
-    if has_note(p, own_string, note):
+    if fingering.has_note(p, own_string, note):
         return own_string
-    if has_note(p, p.forced, note):
+    if fingering.has_note(p, p.forced, note):
         return p.forced
-    return choose_string(p, channel, note)
+    return fingering.choose_string(p, channel, note)
 
 
 @jit
 def is_sliding(p):
     """True if the player slides from note to note."""
-    return p.controls.sliding > 0 or p.switched[SLIDE] > 0
+    return p.controls.sliding > 0 or p.switched[techniques.SLIDE] > 0
 
 
 @jit
 def take_string_for(p, i, fret, key):
     """Gives string `i` to a key, at `fret`, and moves the left hand there."""
     hands = p.hands
-    reach_fret(p, fret)
+    fingering.reach_fret(p, fret)
     p.notes += 1
     hands.clock += 1
     hands.state[i] = HELD
@@ -264,9 +247,9 @@ def note_off(p, ops, channel, key, velocity, own_string):
 @jit
 def end_held(p, ops, i, velocity):
     """Ends the held note of string `i`, whose key is released at `velocity`, as the player's techniques ask."""
-    if p.switched[DETACH] > 0:
+    if p.switched[techniques.DETACH] > 0:
         stop_string(p, i)
-    elif p.switched[SLIDE_OFF_DOWN] + p.switched[SLIDE_OFF_UP] > 0 and p.hands.fret[i] > 0:
+    elif p.switched[techniques.SLIDE_OFF_DOWN] + p.switched[techniques.SLIDE_OFF_UP] > 0 and p.hands.fret[i] > 0:
         slide_off(p, i)
     elif p.hands.stacked[i] > 0:
         go_back_to_key(p, ops, i, velocity)
@@ -277,8 +260,8 @@ def end_held(p, ops, i, velocity):
 @jit
 def slide_off(p, i):
     """Ends the note of the fretted string `i` with a slide on which the finger lifts."""
-    stop = stopped_at(p, i, p.hands.fret[i])
-    to = max(stop - SLIDE_OFF, 1) if p.switched[SLIDE_OFF_DOWN] > 0 else min(stop + SLIDE_OFF, p.frets)
+    stop = fingering.stopped_at(p, i, p.hands.fret[i])
+    to = max(stop - SLIDE_OFF, 1) if p.switched[techniques.SLIDE_OFF_DOWN] > 0 else min(stop + SLIDE_OFF, p.frets)
     default = SLIDE_TIME * abs(to - stop)
     p.hands.state[i] = FREE
     p.hands.stacked[i] = 0
@@ -291,11 +274,11 @@ def go_back_to_key(p, ops, i, velocity):
     hands = p.hands
     hands.stacked[i] -= 1
     key = hands.stack[i, hands.stacked[i]]
-    before = stopped_at(p, i, hands.fret[i])
+    before = fingering.stopped_at(p, i, hands.fret[i])
     hands.key[i] = key
-    hands.fret[i] = max(fold_note(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
+    hands.fret[i] = max(fingering.fold_note(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
     take_channel(p, i, hands.stack_channel[i, hands.stacked[i]])
-    go_to_fret(p, ops, i, before, stopped_at(p, i, hands.fret[i]), (max(velocity, 1) - 1) / 126.0)
+    go_to_fret(p, ops, i, before, fingering.stopped_at(p, i, hands.fret[i]), (max(velocity, 1) - 1) / 126.0)
 
 
 @jit

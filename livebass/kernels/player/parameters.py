@@ -15,29 +15,7 @@ from livebass.kernels.player.performer import ANY
 from livebass.kernels.player.strokes import position_at
 from livebass.kernels.player.touches import touch_palms
 from livebass.kernels.string.records import BLEND, TONE
-from livebass.rows.techniques import (
-    BEND_RANGE,
-    CC_BLEND,
-    CC_PALM,
-    CC_VIBRATO,
-    DYNAMICS,
-    FINGERS,
-    GAIN_DB,
-    HAND_DAMPING,
-    MAXIMUM,
-    MINIMUM,
-    OWN,
-    PICKED,
-    PLUCK_POSITION,
-    PLUCKED,
-    POPS,
-    TECHNIQUE,
-    THUMB,
-    THUMB_ON_ALL,
-    THUMB_ON_TWO,
-    TONE_POT,
-    UNEVENNESS,
-)
+from livebass.rows import techniques
 
 MAX_UNEVENNESS = 0.5
 VOLUME_LAW = 40.0 * 0.30102999566398120  # dB per doubling of a volume controller
@@ -48,16 +26,16 @@ def within_limits(number, value):
     """The value of parameter `number`, held within its limits; NaN means 0, the usual."""
     if np.isnan(value):
         return 0.0
-    return min(max(value, MINIMUM[number]), MAXIMUM[number])
+    return min(max(value, techniques.MINIMUM[number]), techniques.MAXIMUM[number])
 
 
 @jit
 def set_parameter(p, number, value):
     """Sets the player's parameter `number` to a value within its limits."""
     adjust_player(p, number, value)
-    if number == TONE_POT:
+    if number == techniques.TONE_POT:
         send_value_to_all(p, TONE, value)
-    elif number == BEND_RANGE:
+    elif number == techniques.BEND_RANGE:
         send_bends(p, np.int64(ANY))
 
 
@@ -65,22 +43,22 @@ def set_parameter(p, number, value):
 def adjust_player(p, number, value):
     """`set_parameter` without the events for the strings."""
     p.controls.adjusted[number] = value
-    if number == TONE_POT:
+    if number == techniques.TONE_POT:
         p.tone = value
-    elif number == PLUCK_POSITION:
+    elif number == techniques.PLUCK_POSITION:
         p.placed = position_at(p, value)
         p.position = p.placed
-    elif number == DYNAMICS:
+    elif number == techniques.DYNAMICS:
         p.dynamics = power(10.0, value / 20.0)
-    elif number == TECHNIQUE:
+    elif number == techniques.TECHNIQUE:
         set_technique(p, np.int64(np.rint(value)))
-    elif number == HAND_DAMPING:
+    elif number == techniques.HAND_DAMPING:
         p.hand_damping = p.player.hand_damping * power(10.0, value)
-    elif number == UNEVENNESS:
+    elif number == techniques.UNEVENNESS:
         p.unevenness = p.player.unevenness
         if value != 0.0:
             p.unevenness = min(max(p.player.unevenness + value, 0.0), MAX_UNEVENNESS)
-    elif number == BEND_RANGE:
+    elif number == techniques.BEND_RANGE:
         p.ranged = p.player.bend_range if value == 0.0 else max(value, 1.0)
         for channel in range(ANY + 1):
             p.controls.channel[channel].range = p.ranged
@@ -90,18 +68,18 @@ def adjust_player(p, number, value):
 def set_technique(p, which):
     """Sets the stroke by `which`, a value of TECHNIQUE; strings that the thumb does not strike are then popped."""
     p.slapped = 0
-    if which == OWN or (which == THUMB and p.default_slapped > 0):
+    if which == techniques.OWN or (which == techniques.THUMB and p.default_slapped > 0):
         p.slapped = p.default_slapped
-    elif which in (THUMB, THUMB_ON_TWO):
+    elif which in (techniques.THUMB, techniques.THUMB_ON_TWO):
         p.slapped = min(2, p.strings)
-    elif which == THUMB_ON_ALL:
+    elif which == techniques.THUMB_ON_ALL:
         p.slapped = p.strings
     p.stroke = p.default_stroke
-    if which == POPS or p.slapped > 0:
+    if which == techniques.POPS or p.slapped > 0:
         p.stroke = POP
-    elif which == PICKED:
+    elif which == techniques.PICKED:
         p.stroke = PICK
-    elif which == FINGERS or (which == PLUCKED and p.stroke == POP):
+    elif which == techniques.FINGERS or (which == techniques.PLUCKED and p.stroke == POP):
         p.stroke = FINGER
 
 
@@ -112,17 +90,17 @@ def set_amount(p, ops, function, amount):
     `function`: CC_PALM, CC_VIBRATO or CC_BLEND. NaN means 0.
     """
     controls = p.controls
-    minimum = -1.0 if function == CC_BLEND else 0.0
+    minimum = -1.0 if function == techniques.CC_BLEND else 0.0
     amount = min(max(amount, minimum), 1.0) if not np.isnan(amount) else 0.0
-    if function == CC_BLEND and amount != controls.blend:
+    if function == techniques.CC_BLEND and amount != controls.blend:
         controls.blend = amount
         send_value_to_all(p, BLEND, amount)
-    if function == CC_PALM:
+    if function == techniques.CC_PALM:
         controls.palm_set = amount
         if amount != controls.palm:
             controls.palm = amount
             touch_palms(p, ops)
-    if function == CC_VIBRATO:
+    if function == techniques.CC_VIBRATO:
         controls.vibrato_set = amount
         others = 0
         for i in range(p.strings):
@@ -138,7 +116,7 @@ def set_amount(p, ops, function, amount):
 def place_note(p, key, x):
     """Gives the next note of `key` its own pluck position, in units of PLUCK_POSITION."""
     if key < KEYS:
-        p.controls.place_of[key] = x if np.isnan(x) else within_limits(np.int64(PLUCK_POSITION), x)
+        p.controls.place_of[key] = x if np.isnan(x) else within_limits(np.int64(techniques.PLUCK_POSITION), x)
 
 
 @jit
@@ -155,12 +133,12 @@ def value_at(number, value):
     The gain follows a volume controller, from silence to 0 dB. Parameters whose minimum is 0 run from there to their
     maximum at 127: the bend range in whole numbers. The stroke takes its first four values in equal steps.
     """
-    minimum, maximum = MINIMUM[number], MAXIMUM[number]
-    if number == GAIN_DB:
+    minimum, maximum = techniques.MINIMUM[number], techniques.MAXIMUM[number]
+    if number == techniques.GAIN_DB:
         return max(VOLUME_LAW * log2(value / 127.0), minimum) if value > 0 else minimum
-    if number == TECHNIQUE:
-        return np.float64(value * (THUMB_ON_ALL + 1) // CONTROLLERS)
-    if number == BEND_RANGE:
+    if number == techniques.TECHNIQUE:
+        return np.float64(value * (techniques.THUMB_ON_ALL + 1) // CONTROLLERS)
+    if number == techniques.BEND_RANGE:
         return np.float64(np.int64(value * maximum / 127.0 + 0.5))
     if minimum == 0.0:
         return value * maximum / 127.0
@@ -173,8 +151,8 @@ def value_at(number, value):
 def turn_parameter(p, number, value):
     """Moves parameter `number` with a controller, as a host would."""
     x = np.float64(np.float32(value_at(number, value)))  # as precise as a host's values
-    if number == GAIN_DB:
-        p.controls.level = power(10.0, x / 20.0) if x > MINIMUM[GAIN_DB] else 0.0
+    if number == techniques.GAIN_DB:
+        p.controls.level = power(10.0, x / 20.0) if x > techniques.MINIMUM[techniques.GAIN_DB] else 0.0
         send_gains(p, np.int64(ANY))
     else:
         set_parameter(p, number, x)

@@ -11,30 +11,12 @@ from livebass.kernels.hands.pulling import MIN_GRAZE, grazing, unit_apex
 from livebass.kernels.machine.elementary import chance, cos, exp2, log2, power, square
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
+from livebass.kernels.player import touches
 from livebass.kernels.player.constants import PICK, STROKES
 from livebass.kernels.player.events import next_event, send_pluck, send_throw
-from livebass.kernels.player.touches import (
-    GHOST_FORCE,
-    GHOST_PLACE,
-    palm_is_on,
-    touch_ghost,
-    touch_node,
-    touch_palm,
-)
 from livebass.kernels.string.records import MAX_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
-from livebass.rows.techniques import (
-    ARTIFICIAL,
-    ARTIFICIALS,
-    DOWN_STROKE,
-    HARMONIC,
-    HUMANISE_FORCE,
-    HUMANISE_TIME,
-    LEFT_SLAP,
-    PINCH,
-    UP_STROKE,
-    VELOCITY_CURVE,
-)
+from livebass.rows import techniques
 from livebass.rows.units import OFF
 
 MIN_PLUCK, MIN_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
@@ -86,7 +68,7 @@ def fill_strokes(p, given):
 @jit
 def part_at(p, velocity):
     """The part of a velocity, 0 for the softest note to 1 for the hardest, by the bass's curve and the player's."""
-    part, curve = p.part[velocity], p.controls.settings[VELOCITY_CURVE]
+    part, curve = p.part[velocity], p.controls.settings[techniques.VELOCITY_CURVE]
     return part if curve == 0.0 or part == 0.0 else power(part, exp2(curve))
 
 
@@ -179,17 +161,18 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     `node`: number of the natural harmonic whose node a finger touches; 0: none. `own_place`: the note's own
     PLUCK_POSITION; NaN: none.
     """
-    ghost = ghost or p.switched[LEFT_SLAP] > 0
-    left = p.switched[LEFT_SLAP] > 0 and ops[i, 0].points <= MAX_NEAR  # a mass over a board takes too long to compute
+    ghost = ghost or p.switched[techniques.LEFT_SLAP] > 0
+    # A mass over a board takes too long to compute.
+    left = p.switched[techniques.LEFT_SLAP] > 0 and ops[i, 0].points <= MAX_NEAR
     stop = 0 if ghost else fret
     uneven = 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
-    weaker = GHOST_FORCE if ghost and not left else 1.0
-    if p.controls.settings[HUMANISE_FORCE] > 0.0:
-        decibels = p.controls.settings[HUMANISE_FORCE] * chance(p.seed, HUMAN_CHANCE + 2 * p.notes)
+    weaker = touches.GHOST_FORCE if ghost and not left else 1.0
+    if p.controls.settings[techniques.HUMANISE_FORCE] > 0.0:
+        decibels = p.controls.settings[techniques.HUMANISE_FORCE] * chance(p.seed, HUMAN_CHANCE + 2 * p.notes)
         weaker *= power(10.0, decibels / 20.0)
     later = 0.5 + 0.5 * chance(p.seed, HUMAN_CHANCE + 2 * p.notes + 1)
-    p.hands.late = MILLI * p.controls.settings[HUMANISE_TIME] * later
+    p.hands.late = MILLI * p.controls.settings[techniques.HUMANISE_TIME] * later
     force = force_at(p, part) * uneven * weaker
     position = position_at(p, own_place) if not np.isnan(own_place) else p.position
     touched = node if node > 0 else artificial_partial(p, ops, i, stop, position)
@@ -200,25 +183,25 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     elif i < p.slapped and touched == 0:
         strike_string(p, ops, i, stop, force, aside)
     else:
-        touched = 2 if touched == 0 and p.switched[HARMONIC] > 0 else touched
+        touched = 2 if touched == 0 and p.switched[techniques.HARMONIC] > 0 else touched
         pluck_string(p, ops, i, stop, force, position, aside, touched)
         if touched > 0:
-            touch_node(p, ops[i, stop], i, touched)
-    if palm_is_on(p):
-        touch_palm(p, ops, i)
+            touches.touch_node(p, ops[i, stop], i, touched)
+    if touches.palm_is_on(p):
+        touches.touch_palm(p, ops, i)
     if ghost:
-        touch_ghost(p, ops, i, stop, float(LEFT_FRET if left else fret if fret > 0 else GHOST_PLACE))
+        touches.touch_ghost(p, ops, i, stop, float(LEFT_FRET if left else fret if fret > 0 else touches.GHOST_PLACE))
 
 
 @jit
 def artificial_partial(p, ops, i, stop, position):
     """Returns the partial that a finger of the right hand brings out, by the held keys; 0: none."""
-    if p.switched[PINCH] > 0:  # the thumb touches the node nearest to the plucking place
+    if p.switched[techniques.PINCH] > 0:  # the thumb touches the node nearest to the plucking place
         length = ops[i, stop].length
         aside = (1.0 - position - p.strokes[p.stroke].place + p.player.pluck_position) * ops[i, 0].length
         return max(np.int64(np.rint(length / max(aside, length / MAX_PINCH))), MIN_PINCH)
-    for n in range(ARTIFICIALS):
-        if p.switched[ARTIFICIAL + n] > 0:
+    for n in range(techniques.ARTIFICIALS):
+        if p.switched[techniques.ARTIFICIAL + n] > 0:
             return np.int64(2 + n)
     return np.int64(0)
 
@@ -295,7 +278,7 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
         release *= row.other_release
         angle = row.other_angle if row.other_angle != 0.0 else angle
     if touched > 0:
-        beside = PINCH_THUMB - op.length / touched if p.switched[PINCH] > 0 else -0.5 * op.length / touched
+        beside = PINCH_THUMB - op.length / touched if p.switched[techniques.PINCH] > 0 else -0.5 * op.length / touched
         where = min(op.length + beside + aside, MAX_PLACE * op.length)
     else:
         where = over_body(open_op, op, position + (row.place - player.pluck_position), shift, MIN_PLUCK)
@@ -330,9 +313,9 @@ def is_other(p, op, i):
         other = 1 - other
     hands.stroked = i
     hands.stroked_at = frame
-    if p.switched[DOWN_STROKE] > 0:
+    if p.switched[techniques.DOWN_STROKE] > 0:
         other = 0
-    elif p.switched[UP_STROKE] > 0:
+    elif p.switched[techniques.UP_STROKE] > 0:
         other = 1
     hands.other = 1 - other
     return other != 0

@@ -8,45 +8,13 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.machine.elementary import power
+from livebass.kernels.player import expression, words
 from livebass.kernels.player.events import send_vibrato
-from livebass.kernels.player.expression import (
-    VIBRATO_DEPTH,
-    VIBRATO_RATE,
-    bend_string,
-    end_note_expression,
-    express_string,
-    take_channel,
-    wheel_at,
-)
 from livebass.kernels.player.fingering import stopped_at
 from livebass.kernels.player.notes import end_held, sound_string, take_string_for
 from livebass.kernels.player.parameters import set_technique
 from livebass.kernels.player.performer import FREE, GUITAR_RANGE, HELD
 from livebass.kernels.player.touches import touch_palm
-from livebass.kernels.player.words import (
-    DIRECTION,
-    DOWN,
-    DYNAMICS_STEP,
-    FRET,
-    LOUDER,
-    NO_DYNAMICS,
-    NUMBER,
-    PALMED,
-    PARTIAL,
-    SLOW,
-    STRIKES,
-    STRING,
-    STRING_EXPRESSION,
-    STRING_REST,
-    STRING_VIBRATO,
-    STRING_WHEEL,
-    STROKE,
-    STROKE_END,
-    UP,
-    VELOCITY,
-    WITH,
-    field,
-)
 from livebass.rows.techniques import ACTIONS, DOWN_STROKE, FUNCTION_ROWS, OWN, SLIDE_STEP, TECHNIQUE, UP_STROKE
 
 jit = compiled(attributes=SMALL)
@@ -59,44 +27,45 @@ MAX_VALUE = float(1 << 24)  # below it a float32 holds every whole number
 @jit
 def play_by_string(p, ops, kind, word, value):
     """Handles an event of the kinds STROKE to STRING_REST; one for a string that the bass lacks does nothing."""
-    i = field(word, STRING) if kind in (STROKE, STROKE_END) else word & NUMBER
+    i = words.field(word, words.STRING) if kind in (words.STROKE, words.STROKE_END) else word & words.NUMBER
     if i >= p.strings or np.isnan(value):
         return
-    if kind == STROKE:
+    if kind == words.STROKE:
         begin_stroke(p, ops, i, word, value)
-    elif kind == STROKE_END:
-        end_stroke(p, ops, i, field(word, WITH))
-    elif kind == STRING_WHEEL:
-        bend_string(p, i, wheel_at(value) * GUITAR_RANGE)
-    elif kind == STRING_VIBRATO:
+    elif kind == words.STROKE_END:
+        end_stroke(p, ops, i, words.field(word, words.WITH))
+    elif kind == words.STRING_WHEEL:
+        expression.bend_string(p, i, expression.wheel_at(value) * GUITAR_RANGE)
+    elif kind == words.STRING_VIBRATO:
         vibrate_string(p, i, value)
-    elif kind == STRING_EXPRESSION:
-        express_string(p, i, value / 127.0)
-    elif kind == STRING_REST:
+    elif kind == words.STRING_EXPRESSION:
+        expression.express_string(p, i, value / 127.0)
+    elif kind == words.STRING_REST:
         rest_string(p, ops, i)
 
 
 @jit
 def begin_stroke(p, ops, i, word, value):
     """Plays a stroke on string `i`; if its note still sounds, the left hand leads on to the fret."""
-    fret, technique = field(word, FRET), field(word, WITH)
+    fret, technique = words.field(word, words.FRET), words.field(word, words.WITH)
     bits = np.int64(value) if 0.0 <= value < MAX_VALUE else np.int64(0)
-    partial, strikes = field(bits, PARTIAL), field(bits, STRIKES)
+    partial, strikes = words.field(bits, words.PARTIAL), words.field(bits, words.STRIKES)
     if bits == 0 or fret > p.frets or technique >= ACTIONS or partial == 1 or partial > MAX_PARTIAL:
         p.dropped += 1
         return
     dynamics, slide_time, palm = p.dynamics, p.controls.slide_time, p.controls.palm
-    move_palm(p, ops, field(word, PALMED))
-    p.dynamics = dynamics * power(10.0, DYNAMICS_STEP * (field(bits, LOUDER) - NO_DYNAMICS) / 20.0)
-    p.controls.slide_time = SLIDE_STEP * field(bits, SLOW)
+    move_palm(p, ops, words.field(word, words.PALMED))
+    louder = words.DYNAMICS_STEP * (words.field(bits, words.LOUDER) - words.NO_DYNAMICS)  # dB
+    p.dynamics = dynamics * power(10.0, louder / 20.0)
+    p.controls.slide_time = SLIDE_STEP * words.field(bits, words.SLOW)
     if strikes != OWN:
         set_technique(p, strikes)
-    hold(p, technique, field(word, DIRECTION), 1)
-    take_stroke(p, ops, i, fret, partial, field(word, VELOCITY))
-    hold(p, technique, field(word, DIRECTION), -1)
+    hold(p, technique, words.field(word, words.DIRECTION), 1)
+    take_stroke(p, ops, i, fret, partial, words.field(word, words.VELOCITY))
+    hold(p, technique, words.field(word, words.DIRECTION), -1)
     if strikes != OWN:
         set_technique(p, np.int64(np.rint(p.controls.adjusted[TECHNIQUE])))
-    p.hands.palmed |= field(word, PALMED) << i
+    p.hands.palmed |= words.field(word, words.PALMED) << i
     p.dynamics, p.controls.slide_time, p.controls.palm = dynamics, slide_time, palm
 
 
@@ -111,8 +80,8 @@ def take_stroke(p, ops, i, fret, partial, velocity):
         p.stolen += 1
     hands.stacked[i], hands.struck_at[i] = 0, p.out.frame
     take_string_for(p, i, fret, p.open[i] + fret)
-    end_note_expression(p, i)
-    take_channel(p, i, np.int64(-1))
+    expression.end_note_expression(p, i)
+    expression.take_channel(p, i, np.int64(-1))
     sound_string(p, ops, i, before, partial, velocity, np.nan)
 
 
@@ -120,9 +89,9 @@ def take_stroke(p, ops, i, fret, partial, velocity):
 def hold(p, technique, direction, more):
     """Counts `more` of what holds a stroke's technique and direction."""
     p.switched[technique] += more
-    if direction == DOWN:
+    if direction == words.DOWN:
         p.switched[DOWN_STROKE] += more
-    elif direction == UP:
+    elif direction == words.UP:
         p.switched[UP_STROKE] += more
 
 
@@ -148,7 +117,7 @@ def vibrate_string(p, i, value):
     """Sets the vibrato of string `i`, 0 to 127; the same one again does not begin anew."""
     if value != p.hands.string_vibrato[i]:
         p.hands.string_vibrato[i] = value
-        send_vibrato(p, i, VIBRATO_DEPTH * value / 127.0, VIBRATO_RATE)
+        send_vibrato(p, i, expression.VIBRATO_DEPTH * value / 127.0, expression.VIBRATO_RATE)
 
 
 @jit
@@ -169,9 +138,9 @@ def rest_string(p, ops, i):
     """Ends the stroke of string `i`, and what moves it."""
     end_stroke(p, ops, i, np.int64(0))
     if p.controls.string_bend[i] != 0.0:
-        bend_string(p, i, 0.0)
+        expression.bend_string(p, i, 0.0)
     if p.controls.string_expression[i] != 1.0:
-        express_string(p, i, 1.0)
+        expression.express_string(p, i, 1.0)
     vibrate_string(p, i, 0.0)
     if (p.hands.palmed >> i) & 1:
         p.hands.palmed ^= 1 << i

@@ -51,8 +51,7 @@ def end_by_others(score):
     list_wanting(score)
     rows, count = events_of(score), score.lines_count * KEYS
     held = words_at(score.tables[0], count)
-    for k in range(count):
-        held[k] = 0
+    held[:] = 0
     for k in range(score.events_count):
         row = rows[k]
         if kind_of(row) == NOTE_ON:
@@ -68,8 +67,7 @@ def count_left(score):
     """Counts note-offs less note-ons by line and key; returns True if there are more of each somewhere."""
     rows, count = events_of(score), score.lines_count * KEYS
     left, more, fewer = words_at(score.tables[0], count), False, False
-    for k in range(count):
-        left[k] = 0
+    left[:] = 0
     for k in range(score.events_count):
         if is_note(rows[k]):
             left[place_of(rows[k])] += 1 if kind_of(rows[k]) == NOTE_OFF else -1

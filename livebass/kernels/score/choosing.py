@@ -10,50 +10,8 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, inlined
 from livebass.kernels.machine.native import bytes_at, words_at
-from livebass.kernels.score.memory import (
-    BASS_INSTRUMENT,
-    IS_BASS,
-    IS_DRUMS,
-    IS_OTHER,
-    KEYS,
-    MAX_BASSES,
-    NAMED,
-    NONE,
-    TRACK_NAME,
-    add_to,
-    has,
-    lines_of,
-    name_of,
-    notes_at,
-    parts_of,
-    timed_at,
-    tracks_of,
-)
+from livebass.kernels.score import memory, remarks
 from livebass.kernels.score.programs import is_bass_program
-from livebass.kernels.score.remarks import (
-    A_TAKE,
-    BASS_PROGRAM,
-    CALLED,
-    CALLED_BASS,
-    CHANNEL_A_STRING,
-    DOUBLE,
-    DOUBLES,
-    DRUMS,
-    HIGHER_PART,
-    LOW_PART,
-    LOWEST_PART,
-    NO_BASS,
-    NO_BASS_PROGRAM,
-    NO_REASON,
-    NOT_CALLED_BASS,
-    NOT_OF_INSTRUMENT,
-    ONLY_PART,
-    OTHER_CHANNEL,
-    OTHER_PART,
-    REQUESTED,
-    THE_ONLY_PART,
-    add_remark,
-)
 from livebass.kernels.score.sorting import sort_by, twice_median
 from livebass.kernels.score.spread import is_low
 
@@ -67,13 +25,13 @@ TOGETHER, SAME, MINIMUM = 0.03, 0.9, 4  # s; fraction of notes; notes of a part 
 @inlined
 def all_notes_of(score):
     """The notes of all parts."""
-    return notes_at(score.all_notes, score.note_ons)
+    return memory.notes_at(score.all_notes, score.note_ons)
 
 
 @jit
 def group_notes(score):
     """Groups the notes by part, and finds which parts are drums."""
-    notes, parts, start = all_notes_of(score), parts_of(score), 0
+    notes, parts, start = all_notes_of(score), memory.parts_of(score), 0
     of_part = words_at(score.of_part, score.note_ons)
     for k in range(score.parts_count):
         parts[k].start, parts[k].filled, parts[k].drums = start, start, 1
@@ -91,24 +49,24 @@ def group_notes(score):
 @jit
 def choose(score, how, number):
     """Chooses notes: by the rule, all, those of channel `number` or of part `number`."""
-    notes, parts = all_notes_of(score), parts_of(score)
+    notes, parts = all_notes_of(score), memory.parts_of(score)
     score.remarks_count, score.alone, score.chosen = score.line_remarks, 0, 0
     for k in range(score.parts_count):
-        parts[k].chosen, parts[k].double = 0, NONE
+        parts[k].chosen, parts[k].double = 0, memory.NONE
     for n in range(score.note_ons):
         notes[n].chosen = 0
     if how == OF_CHANNEL:
-        give_reasons(score, REQUESTED, OTHER_CHANNEL)
+        give_reasons(score, remarks.REQUESTED, remarks.OTHER_CHANNEL)
         choose_where(score, how, number)
     elif how == ALL:
-        give_reasons(score, REQUESTED, DRUMS)
+        give_reasons(score, remarks.REQUESTED, remarks.DRUMS)
         choose_where(score, how, number)
     elif how == OF_PART:
-        give_reasons(score, REQUESTED, OTHER_PART)
+        give_reasons(score, remarks.REQUESTED, remarks.OTHER_PART)
         choose_part(score, number)
         score.alone = 1 - score.take
     elif score.take == 1:
-        give_reasons(score, A_TAKE, NO_REASON)
+        give_reasons(score, remarks.A_TAKE, remarks.NO_REASON)
         choose_where(score, how, number)
     else:
         choose_by_rule(score)
@@ -124,14 +82,14 @@ def give_reasons(score, why, else_why):
 def choose_note(score, note):
     """Chooses a note."""
     note.chosen = 1
-    parts_of(score)[note.part].chosen += 1
+    memory.parts_of(score)[note.part].chosen += 1
     score.chosen += 1
 
 
 @jit
 def choose_where(score, how, number):
     """Chooses a channel's notes, all but drums, or for AUTO all of a take."""
-    notes, lines, parts = all_notes_of(score), lines_of(score), parts_of(score)
+    notes, lines, parts = all_notes_of(score), memory.lines_of(score), memory.parts_of(score)
     for n in range(score.note_ons):
         channel = lines[parts[notes[n].part].line].channel
         if how == AUTO or (how == OF_CHANNEL and channel == number) or (how == ALL and notes[n].drums == 0):
@@ -141,7 +99,7 @@ def choose_where(score, how, number):
 @jit
 def choose_part(score, k):
     """Chooses a whole part."""
-    notes, part, of_part = all_notes_of(score), parts_of(score)[k], words_at(score.of_part, score.note_ons)
+    notes, part, of_part = all_notes_of(score), memory.parts_of(score)[k], words_at(score.of_part, score.note_ons)
     for n in range(part.start, part.filled):
         choose_note(score, notes[of_part[n]])
 
@@ -154,7 +112,7 @@ def choose_by_rule(score):
         if notes[n].drums == 0 and is_bass_program(notes[n].program):
             choose_note(score, notes[n])
     if score.chosen > 0:
-        give_reasons(score, BASS_PROGRAM, NO_BASS_PROGRAM)
+        give_reasons(score, remarks.BASS_PROGRAM, remarks.NO_BASS_PROGRAM)
         leave_doubles(score)
     elif choose_by_name(score):
         leave_doubles(score)
@@ -165,14 +123,14 @@ def choose_by_rule(score):
 @jit
 def leave_doubles(score):
     """Leaves out parts whose notes another chosen part has, too."""
-    parts, kept, doubles = parts_of(score), 0, 0
+    parts, kept, doubles = memory.parts_of(score), 0, 0
     count = rank_parts(score)
     for k in range(count):
         own = parts[score.ranked[k]]
         for other in range(kept):
-            if own.double == NONE and has_notes(score, parts[score.ranked[other]], own):
+            if own.double == memory.NONE and has_notes(score, parts[score.ranked[other]], own):
                 own.double = score.ranked[other]
-        if own.double == NONE:  # kept parts move to the front, those left out behind them
+        if own.double == memory.NONE:  # kept parts move to the front, those left out behind them
             kept_part = score.ranked[k]
             for j in range(k, kept, -1):
                 score.ranked[j] = score.ranked[j - 1]
@@ -189,11 +147,11 @@ def leave_doubles(score):
 @jit
 def rank_parts(score):
     """Ranks the chosen parts outside the zone, most notes first; returns how many; 0: there are too many."""
-    parts, lines, count = parts_of(score), lines_of(score), 0
+    parts, lines, count = memory.parts_of(score), memory.lines_of(score), 0
     for k in range(score.parts_count):
         if parts[k].chosen == 0 or lines[parts[k].line].zone == 1:
             continue
-        if count == MAX_BASSES:
+        if count == memory.MAX_BASSES:
             return 0
         at = count
         while at > 0 and comes_before(parts[k], parts[score.ranked[at - 1]]):
@@ -215,44 +173,44 @@ def comes_before(part, other):
 @jit
 def remark_double(score, first, count):
     """Remarks the next double among the ranked parts, by line and track, and takes it from the ranking."""
-    parts, lines, minimum = parts_of(score), lines_of(score), np.int64(NONE)
+    parts, lines, minimum = memory.parts_of(score), memory.lines_of(score), np.int64(memory.NONE)
     for k in range(first, count):
-        if score.ranked[k] != NONE and (minimum == NONE or is_earlier(score, k, minimum)):
+        if score.ranked[k] != memory.NONE and (minimum == memory.NONE or is_earlier(score, k, minimum)):
             minimum = np.int64(k)
     part = parts[score.ranked[minimum]]
     other = parts[part.double]
-    add_remark(
-        score, DOUBLES, part.track, lines[part.line].channel, other.track, lines[other.line].channel,
+    remarks.add_remark(
+        score, remarks.DOUBLES, part.track, lines[part.line].channel, other.track, lines[other.line].channel,
     )  # fmt: skip
-    score.ranked[minimum] = NONE
+    score.ranked[minimum] = memory.NONE
 
 
 @jit
 def is_earlier(score, a, b):
     """True if ranked part `a` has a lower line or track than `b`."""
-    part, other = parts_of(score)[score.ranked[a]], parts_of(score)[score.ranked[b]]
+    part, other = memory.parts_of(score)[score.ranked[a]], memory.parts_of(score)[score.ranked[b]]
     return part.line < other.line or (part.line == other.line and part.track < other.track)
 
 
 @jit
 def leave_notes(score):
     """Leaves out the notes of doubles."""
-    notes, parts = all_notes_of(score), parts_of(score)
+    notes, parts = all_notes_of(score), memory.parts_of(score)
     for n in range(score.note_ons):
-        if notes[n].chosen == 1 and parts[notes[n].part].double != NONE:
+        if notes[n].chosen == 1 and parts[notes[n].part].double != memory.NONE:
             notes[n].chosen = 0
             score.chosen -= 1
     for k in range(score.parts_count):
-        if parts[k].double != NONE:
+        if parts[k].double != memory.NONE:
             parts[k].chosen = 0
 
 
 @jit
 def has_notes(score, part, other):
     """True if most chosen notes of `other` begin in `part`, too."""
-    notes, rows, heads = all_notes_of(score), timed_at(score.clean, score.clean_count), score.heads
+    notes, rows, heads = all_notes_of(score), memory.timed_at(score.clean, score.clean_count), score.heads
     of_part, following = words_at(score.of_part, score.note_ons), words_at(score.words[3], score.note_ons)
-    heads[:] = NONE
+    heads[:] = memory.NONE
     for k in range(part.filled - 1, part.start - 1, -1):
         note = notes[of_part[k]]
         if note.chosen == 1:
@@ -263,9 +221,9 @@ def has_notes(score, part, other):
         note = notes[of_part[k]]
         if note.chosen == 1:
             frame = rows[note.place].frame
-            while heads[note.key] != NONE and rows[notes[heads[note.key]].place].frame < frame - together:
+            while heads[note.key] != memory.NONE and rows[notes[heads[note.key]].place].frame < frame - together:
                 heads[note.key] = following[heads[note.key]]
-            if heads[note.key] != NONE and rows[notes[heads[note.key]].place].frame <= frame + together:
+            if heads[note.key] != memory.NONE and rows[notes[heads[note.key]].place].frame <= frame + together:
                 same += 1
     return other.chosen >= MINIMUM and same >= SAME * other.chosen
 
@@ -273,8 +231,8 @@ def has_notes(score, part, other):
 @jit
 def says_of(score, part):
     """What the name of a part says: its channel's, if the file names channels, or its track's."""
-    own = name_of(score, part.track, np.int64(lines_of(score)[part.line].channel))
-    return own if own & NAMED != 0 else name_of(score, part.track, TRACK_NAME)
+    own = memory.name_of(score, part.track, np.int64(memory.lines_of(score)[part.line].channel))
+    return own if own & memory.NAMED != 0 else memory.name_of(score, part.track, memory.TRACK_NAME)
 
 
 @jit
@@ -283,19 +241,19 @@ def is_called_bass(score, part):
 
     A track with several instruments has the name of the piece.
     """
-    own = name_of(score, part.track, np.int64(lines_of(score)[part.line].channel))
-    if own & NAMED != 0 and own & IS_BASS != 0:
+    own = memory.name_of(score, part.track, np.int64(memory.lines_of(score)[part.line].channel))
+    if own & memory.NAMED != 0 and own & memory.IS_BASS != 0:
         return True
-    instrument = name_of(score, part.track, TRACK_NAME) & BASS_INSTRUMENT
-    return is_alone(score, part.track) and (says_of(score, part) & IS_BASS != 0 or instrument != 0)
+    instrument = memory.name_of(score, part.track, memory.TRACK_NAME) & memory.BASS_INSTRUMENT
+    return is_alone(score, part.track) and (says_of(score, part) & memory.IS_BASS != 0 or instrument != 0)
 
 
 @jit
 def is_alone(score, track):
     """True if a track plays one line; a zone is one."""
-    parts, lines, zone, others = parts_of(score), lines_of(score), 0, 0
-    k = np.int64(tracks_of(score)[track].first_part)
-    while k != NONE:
+    parts, lines, zone, others = memory.parts_of(score), memory.lines_of(score), 0, 0
+    k = np.int64(memory.tracks_of(score)[track].first_part)
+    while k != memory.NONE:
         if lines[parts[k].line].zone == 1:
             zone = 1
         else:
@@ -307,13 +265,13 @@ def is_alone(score, track):
 @jit
 def choose_by_name(score):
     """Chooses the parts that are called bass; returns False if there are none."""
-    parts = parts_of(score)
+    parts = memory.parts_of(score)
     for k in range(score.parts_count):
         if parts[k].drums == 0 and is_called_bass(score, parts[k]):
             choose_part(score, k)
     if score.chosen == 0:
         return False
-    give_reasons(score, CALLED_BASS, NOT_CALLED_BASS)
+    give_reasons(score, remarks.CALLED_BASS, remarks.NOT_CALLED_BASS)
     score.alone = 1
     remark_called(score)
     return True
@@ -322,7 +280,7 @@ def choose_by_name(score):
 @jit
 def remark_called(score):
     """Remarks the chosen parts by track and first note."""
-    parts, count, called = parts_of(score), score.parts_count, 0
+    parts, count, called = memory.parts_of(score), score.parts_count, 0
     order, spare = words_at(score.words[0], count), words_at(score.words[1], count)
     keys = words_at(score.words[2], count)
     for k in range(count):
@@ -335,7 +293,7 @@ def remark_called(score):
         keys[k] = parts[k].track
     sort_by(order, spare, keys, called)
     for k in range(called):
-        add_remark(score, CALLED, order[k], 0, 0, 0)
+        remarks.add_remark(score, remarks.CALLED, order[k], 0, 0, 0)
 
 
 @jit
@@ -347,36 +305,42 @@ def comes_later(part, other):
 @jit
 def choose_zone(score):
     """Chooses the notes of the zone without a program; returns False if there are none."""
-    notes, lines, parts = all_notes_of(score), lines_of(score), parts_of(score)
+    notes, lines, parts = all_notes_of(score), memory.lines_of(score), memory.parts_of(score)
     for n in range(score.note_ons):
-        if lines[parts[notes[n].part].line].zone == 1 and notes[n].program == NONE:
+        if lines[parts[notes[n].part].line].zone == 1 and notes[n].program == memory.NONE:
             choose_note(score, notes[n])
     if score.chosen > 0:
-        give_reasons(score, CHANNEL_A_STRING, NOT_OF_INSTRUMENT)
+        give_reasons(score, remarks.CHANNEL_A_STRING, remarks.NOT_OF_INSTRUMENT)
     return score.chosen > 0
 
 
 @jit
 def choose_by_place(score):
     """Chooses the only part that is not drums, or the lowest without a program in a bass's range."""
-    parts, melodic, only, lowest, middle = parts_of(score), 0, np.int64(NONE), np.int64(NONE), np.int64(0)
+    parts, melodic, only, lowest, middle = (
+        memory.parts_of(score),
+        0,
+        np.int64(memory.NONE),
+        np.int64(memory.NONE),
+        np.int64(0),
+    )
     for k in range(score.parts_count):
-        if parts[k].drums == 1 or says_of(score, parts[k]) & IS_DRUMS != 0:
+        if parts[k].drums == 1 or says_of(score, parts[k]) & memory.IS_DRUMS != 0:
             continue
         melodic += 1
         only = np.int64(k)
-        if says_of(score, parts[k]) & IS_OTHER == 0 and is_low_part(score, parts[k]):
+        if says_of(score, parts[k]) & memory.IS_OTHER == 0 and is_low_part(score, parts[k]):
             own = twice_median(score.counts, parts[k].notes)
-            if lowest == NONE or own < middle or (own == middle and comes_later(parts[lowest], parts[k])):
+            if lowest == memory.NONE or own < middle or (own == middle and comes_later(parts[lowest], parts[k])):
                 lowest, middle = np.int64(k), own
     if melodic == 1:
-        choose_whole(score, only, ONLY_PART)
-        give_reasons(score, THE_ONLY_PART, DRUMS)
-    elif lowest != NONE:
-        choose_whole(score, lowest, LOWEST_PART)
-        give_reasons(score, LOW_PART, HIGHER_PART)
+        choose_whole(score, only, remarks.ONLY_PART)
+        give_reasons(score, remarks.THE_ONLY_PART, remarks.DRUMS)
+    elif lowest != memory.NONE:
+        choose_whole(score, lowest, remarks.LOWEST_PART)
+        give_reasons(score, remarks.LOW_PART, remarks.HIGHER_PART)
     else:
-        give_reasons(score, NO_REASON, NO_BASS)
+        give_reasons(score, remarks.NO_REASON, remarks.NO_BASS)
 
 
 @jit
@@ -384,7 +348,7 @@ def choose_whole(score, k, remark):
     """Chooses a part without regard to others on its line, and says so."""
     choose_part(score, k)
     score.alone = 1
-    add_remark(score, remark, k, 0, 0, 0)
+    remarks.add_remark(score, remark, k, 0, 0, 0)
 
 
 @jit
@@ -394,7 +358,7 @@ def is_low_part(score, part):
     score.counts[:] = 0
     for n in range(part.start, part.filled):
         note = notes[of_part[n]]
-        if note.program != NONE:
+        if note.program != memory.NONE:
             return False
         score.counts[note.key] += 1
     return is_low(score.counts, part.notes)
@@ -403,8 +367,8 @@ def is_low_part(score, part):
 @jit
 def list_part(score, k, switches, listed):
     """Fills LISTED with part `k`; `switches`: address of 128 bytes, 1 for keys that are not notes; 0: none are."""
-    notes, part, of_part = all_notes_of(score), parts_of(score)[k], words_at(score.of_part, score.note_ons)
-    line, is_switch = lines_of(score)[part.line], bytes_at(switches, KEYS)
+    notes, part, of_part = all_notes_of(score), memory.parts_of(score)[k], words_at(score.of_part, score.note_ons)
+    line, is_switch = memory.lines_of(score)[part.line], bytes_at(switches, memory.KEYS)
     listed.port, listed.channel, listed.track, listed.drums = line.port, line.channel, part.track, part.drums
     listed.notes, listed.switches, listed.chosen, listed.lowest, listed.highest = 0, 0, 0, 0, 0
     listed.programs, listed.banks = 0, 0
@@ -413,15 +377,15 @@ def list_part(score, k, switches, listed):
     banks[:] = 0
     for n in range(part.start, part.filled):
         note = notes[of_part[n]]
-        if note.bank != NONE and not has(banks, np.int64(note.bank)):
-            add_to(banks, np.int64(note.bank))
+        if note.bank != memory.NONE and not memory.has(banks, np.int64(note.bank)):
+            memory.add_to(banks, np.int64(note.bank))
             listed.bank[listed.banks] = note.bank
             listed.banks += 1
         if switches != 0 and is_switch[note.key] == 1:
             listed.switches += 1
             continue
-        if note.program != NONE and not has(programs, np.int64(note.program)):
-            add_to(programs, np.int64(note.program))
+        if note.program != memory.NONE and not memory.has(programs, np.int64(note.program)):
+            memory.add_to(programs, np.int64(note.program))
             listed.program[listed.programs] = note.program
             listed.programs += 1
         listed.lowest = min(listed.lowest, np.int64(note.key)) if listed.notes > 0 else np.int64(note.key)
@@ -437,5 +401,5 @@ def reason_of(score, part):
     if part.chosen > 0:
         return score.why
     if part.drums == 1:
-        return np.int64(DRUMS)
-    return np.int64(DOUBLE) if part.double != NONE else score.else_why
+        return np.int64(remarks.DRUMS)
+    return np.int64(remarks.DOUBLE) if part.double != memory.NONE else score.else_why

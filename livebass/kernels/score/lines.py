@@ -6,30 +6,8 @@ from livebass.compiling import SMALL, compiled
 from livebass.kernels.machine.native import copy_record, words_at
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON, RELEASE
 from livebass.kernels.player.performer import CHANNELS
+from livebass.kernels.score import memory
 from livebass.kernels.score.kits import MELODIC
-from livebass.kernels.score.memory import (
-    BASS_INSTRUMENT,
-    IS_BASS,
-    NONE,
-    PORTS,
-    PROGRAM,
-    TRACK_NAME,
-    add_to,
-    events_of,
-    exclusives_at,
-    file_at,
-    is_control,
-    is_note,
-    kind_of,
-    lines_of,
-    messages_at,
-    name_of,
-    parts_at,
-    parts_of,
-    sent_at,
-    size_of,
-    tracks_of,
-)
 from livebass.kernels.score.remarks import PORTAMENTO, add_remark
 from livebass.kernels.score.sorting import fill_order, sort_by
 from livebass.kernels.score.times import frame_of
@@ -46,9 +24,9 @@ PORTAMENTO_TIME = FUNCTION_ROWS["bend"].controllers[0]  # a controller; livebass
 @jit
 def rank_ports(score):
     """Ranks the ports with messages, port 0 if there are none; returns their number and that of the note-ons."""
-    count = file_at(score.file).messages
-    messages = messages_at(score.messages, count)
-    score.ranks[:] = NONE
+    count = memory.file_at(score.file).messages
+    messages = memory.messages_at(score.messages, count)
+    score.ranks[:] = memory.NONE
     notes = 0
     for k in range(count):
         score.ranks[messages[k].port] = 0
@@ -57,8 +35,8 @@ def rank_ports(score):
     if count == 0:
         score.ranks[0] = 0
     ports = 0
-    for port in range(PORTS):
-        if score.ranks[port] != NONE:
+    for port in range(memory.PORTS):
+        if score.ranks[port] != memory.NONE:
             score.ranks[port] = ports
             ports += 1
     return ports, notes
@@ -67,9 +45,9 @@ def rank_ports(score):
 @jit
 def make_lines(score):
     """Makes a line of each channel of the ports."""
-    lines = lines_of(score)
-    for port in range(PORTS):
-        if score.ranks[port] != NONE:
+    lines = memory.lines_of(score)
+    for port in range(memory.PORTS):
+        if score.ranks[port] != memory.NONE:
             for channel in range(CHANNELS):
                 set_line(lines, score.ranks[port] * CHANNELS + channel, port, channel)
 
@@ -79,36 +57,36 @@ def set_line(lines, k, port, channel):
     """Sets line `k` to all of a channel."""
     line = lines[k]
     line.port, line.channel, line.root, line.home = port, channel, k, k - channel
-    line.first_part, line.parts, line.moved, line.program, line.bank = 0, 0, 0, NONE, NONE
+    line.first_part, line.parts, line.moved, line.program, line.bank = 0, 0, 0, memory.NONE, memory.NONE
     line.high, line.low, line.zone, line.split, line.programmed, line.ready = 127, 127, 0, 0, 0, 0
 
 
 @jit
 def fill_events(score):
     """The messages with their frames; note-ons of velocity 0 become note-offs."""
-    count = file_at(score.file).messages
-    messages, tick, frame = messages_at(score.messages, count), np.int64(NONE), np.int64(0)
+    count = memory.file_at(score.file).messages
+    messages, tick, frame = memory.messages_at(score.messages, count), np.int64(memory.NONE), np.int64(0)
     score.events_count = count
-    rows = events_of(score)
+    rows = memory.events_of(score)
     for k in range(count):
         message, row = messages[k], rows[k]
         if message.tick != tick:
             tick = message.tick
             frame = frame_of(score, tick)
-        row.frame, row.track, row.part, row.mark = frame, message.track, NONE, 0
+        row.frame, row.track, row.part, row.mark = frame, message.track, memory.NONE, 0
         row.line = score.ranks[message.port] * CHANNELS + (np.int64(message.status) & 0x0F)
         row.status, row.first, row.second = message.status, message.first, message.second
-        if kind_of(row) == NOTE_ON and row.second == 0:
+        if memory.kind_of(row) == NOTE_ON and row.second == 0:
             row.status, row.second = NOTE_OFF | np.int64(row.status) & 0x0F, RELEASE
 
 
 @jit
 def fill_exclusives(score):
     """The system exclusive messages of ports that play, with their frames."""
-    given = file_at(score.file).exclusives
-    rows, sent, count = exclusives_at(score.exclusives, given), sent_at(score.sent_exclusives, given), 0
+    given = memory.file_at(score.file).exclusives
+    rows, sent, count = memory.exclusives_at(score.exclusives, given), memory.sent_at(score.sent_exclusives, given), 0
     for k in range(given):
-        if score.ranks[rows[k].port] != NONE:
+        if score.ranks[rows[k].port] != memory.NONE:
             row = sent[count]
             row.frame, row.home = frame_of(score, rows[k].tick), score.ranks[rows[k].port] * CHANNELS
             row.at, row.size = rows[k].at, rows[k].size
@@ -119,11 +97,11 @@ def fill_exclusives(score):
 @jit
 def end_soon(score):
     """Sets the end: the file's, or soon after its last note; returns False if it lasts too long."""
-    rows, rate, count = events_of(score), score.rate, score.events_count
-    score.end, score.last = frame_of(score, file_at(score.file).end), 0
+    rows, rate, count = memory.events_of(score), score.rate, score.events_count
+    score.end, score.last = frame_of(score, memory.file_at(score.file).end), 0
     for k in range(count):
         score.end = max(score.end, rows[k].frame)
-        if is_note(rows[k]):
+        if memory.is_note(rows[k]):
             score.last = max(score.last, rows[k].frame)
     if score.last > LONGEST * rate:
         return False
@@ -142,18 +120,24 @@ def held_at_end(rows, count):
     """True if there are more note-ons than note-offs."""
     held = 0
     for k in range(count):
-        if is_note(rows[k]):
-            held += 1 if kind_of(rows[k]) == NOTE_ON else -1
+        if memory.is_note(rows[k]):
+            held += 1 if memory.kind_of(rows[k]) == NOTE_ON else -1
     return held > 0
 
 
 @jit
 def find_parts(score):
     """Finds the parts: the tracks with notes on each line."""
-    rows, tracks = events_of(score), tracks_of(score)
-    for t in range(file_at(score.file).tracks):
+    rows, tracks = memory.events_of(score), memory.tracks_of(score)
+    for t in range(memory.file_at(score.file).tracks):
         track = tracks[t]
-        track.seen, track.first_part, track.last_part, track.lines, track.bass = NONE, NONE, NONE, 0, 0
+        track.seen, track.first_part, track.last_part, track.lines, track.bass = (
+            memory.NONE,
+            memory.NONE,
+            memory.NONE,
+            0,
+            0,
+        )
     met, order, spare = (
         words_at(score.words[0], score.note_ons),
         words_at(score.words[1], score.note_ons),
@@ -161,7 +145,7 @@ def find_parts(score):
     )
     count = 0
     for k in range(score.events_count):
-        if kind_of(rows[k]) == NOTE_ON and tracks[rows[k].track].seen != rows[k].line:
+        if memory.kind_of(rows[k]) == NOTE_ON and tracks[rows[k].track].seen != rows[k].line:
             tracks[rows[k].track].seen = rows[k].line
             met[count] = np.int64(rows[k].line) << 32 | np.int64(rows[k].track)
             count += 1
@@ -177,10 +161,10 @@ def find_parts(score):
 @jit
 def add_part(score, line, track):
     """Adds the next part, of a track on a line."""
-    k, own, of = score.parts_count, lines_of(score)[line], tracks_of(score)[track]
-    parts = parts_at(score.parts, k + 1)
+    k, own, of = score.parts_count, memory.lines_of(score)[line], memory.tracks_of(score)[track]
+    parts = memory.parts_at(score.parts, k + 1)
     part = parts[k]
-    part.line, part.track, part.next, part.notes, part.wanted = line, track, NONE, 0, 0
+    part.line, part.track, part.next, part.notes, part.wanted = line, track, memory.NONE, 0, 0
     part.keys[:] = 0
     part.programs[:] = 0
     if own.parts == 0:
@@ -198,21 +182,21 @@ def add_part(score, line, track):
 @jit
 def assign_parts(score):
     """Gives the messages their parts, and the parts their keys."""
-    rows, parts = events_of(score), parts_of(score)
+    rows, parts = memory.events_of(score), memory.parts_of(score)
     for k in range(score.events_count):
         row = rows[k]
         row.part = part_of(score, row.line, row.track)
-        if kind_of(row) == NOTE_ON:
+        if memory.kind_of(row) == NOTE_ON:
             part = parts[row.part]
             part.notes += 1
-            add_to(part.keys, np.int64(row.first))
+            memory.add_to(part.keys, np.int64(row.first))
 
 
 @jit
 def part_of(score, line, track):
     """The part of a track on a line; NONE: it has no notes there."""
-    root = lines_of(score)[lines_of(score)[line].root]
-    parts = parts_of(score)
+    root = memory.lines_of(score)[memory.lines_of(score)[line].root]
+    parts = memory.parts_of(score)
     low, high = np.int64(root.first_part), np.int64(root.first_part) + np.int64(root.parts)
     stop = high
     while low < high:
@@ -221,7 +205,7 @@ def part_of(score, line, track):
             low = half + 1
         else:
             high = half
-    return low if low < stop and parts[low].track == track and parts[low].line == line else np.int64(NONE)
+    return low if low < stop and parts[low].track == track and parts[low].line == line else np.int64(memory.NONE)
 
 
 @jit
@@ -230,20 +214,20 @@ def find_basses(score):
 
     Some programs number the channels of their tracks in order, and so give channel 10 to any instrument.
     """
-    tracks, parts = tracks_of(score), parts_of(score)
-    for t in range(file_at(score.file).tracks):
-        called = name_of(score, t, TRACK_NAME) & (IS_BASS | BASS_INSTRUMENT) != 0
-        if called and tracks[t].lines == 1 and size_of(parts[tracks[t].first_part].keys) >= MELODIC:
+    tracks, parts = memory.tracks_of(score), memory.parts_of(score)
+    for t in range(memory.file_at(score.file).tracks):
+        called = memory.name_of(score, t, memory.TRACK_NAME) & (memory.IS_BASS | memory.BASS_INSTRUMENT) != 0
+        if called and tracks[t].lines == 1 and memory.size_of(parts[tracks[t].first_part].keys) >= MELODIC:
             tracks[t].bass = 1
 
 
 @jit
 def drop_portamento(score):
     """Drops controller 5: files use it as portamento time, and only a livebass bends by it."""
-    rows, lines, bends, kept = events_of(score), lines_of(score), 0, 0
+    rows, lines, bends, kept = memory.events_of(score), memory.lines_of(score), 0, 0
     for k in range(score.events_count):
         row = rows[k]
-        if is_control(row, PORTAMENTO_TIME):
+        if memory.is_control(row, PORTAMENTO_TIME):
             if row.second < BEND_STARTS:
                 lines[row.line].ready = 1
             elif lines[row.line].ready == 1:
@@ -259,18 +243,18 @@ def drop_portamento(score):
 @jit
 def find_programs(score):
     """Finds the lines that set programs, and the programs of each part."""
-    rows, lines, parts = events_of(score), lines_of(score), parts_of(score)
+    rows, lines, parts = memory.events_of(score), memory.lines_of(score), memory.parts_of(score)
     for k in range(score.events_count):
-        if kind_of(rows[k]) == PROGRAM:
+        if memory.kind_of(rows[k]) == memory.PROGRAM:
             lines[rows[k].line].programmed = 1
-            if rows[k].part != NONE:
-                add_to(parts[rows[k].part].programs, np.int64(rows[k].first))
+            if rows[k].part != memory.NONE:
+                memory.add_to(parts[rows[k].part].programs, np.int64(rows[k].first))
 
 
 @jit
 def set_apart(score):
     """Gives tracks that share a channel but have programs of their own a line each; counts the messages then."""
-    rows, lines = events_of(score), lines_of(score)
+    rows, lines = memory.events_of(score), memory.lines_of(score)
     score.lines_count = score.max_lines - score.max_parts
     score.splits, score.copies, base = 0, 0, score.lines_count
     for k in range(base):
@@ -279,7 +263,7 @@ def set_apart(score):
             score.splits += 1
     for k in range(score.events_count):
         row, line = rows[k], lines[rows[k].line]
-        if line.split == 1 and kind_of(row) == NOTE_ON and parts_of(score)[line.first_part].line < base:
+        if line.split == 1 and memory.kind_of(row) == NOTE_ON and memory.parts_of(score)[line.first_part].line < base:
             split_line(score, line)
     for k in range(score.events_count):
         score.copies += copies_of(score, rows[k])
@@ -288,10 +272,10 @@ def set_apart(score):
 @jit
 def programs_differ(score, line):
     """True if tracks on a line set different programs."""
-    parts, first = parts_of(score), NONE
+    parts, first = memory.parts_of(score), memory.NONE
     for k in range(line.first_part, line.first_part + line.parts):
-        if size_of(parts[k].programs) > 0:
-            if first == NONE:
+        if memory.size_of(parts[k].programs) > 0:
+            if first == memory.NONE:
                 first = k
             for word in range(len(parts[k].programs)):
                 if parts[k].programs[word] != parts[first].programs[word]:
@@ -302,7 +286,7 @@ def programs_differ(score, line):
 @jit
 def split_line(score, line):
     """Gives each track on a line its own."""
-    lines, parts = lines_of(score), parts_of(score)
+    lines, parts = memory.lines_of(score), memory.parts_of(score)
     for k in range(line.first_part, line.first_part + line.parts):
         own = lines[score.lines_count]
         set_line(lines, score.lines_count, np.int64(line.port), np.int64(line.channel))
@@ -317,18 +301,18 @@ def goes_to(score, row, k):
 
     One of a track without notes goes to all; so does a program, to tracks without their own.
     """
-    part = parts_of(score)[k]
-    own = part.track == row.track or row.part == NONE
-    return own or (kind_of(row) == PROGRAM and size_of(part.programs) == 0)
+    part = memory.parts_of(score)[k]
+    own = part.track == row.track or row.part == memory.NONE
+    return own or (memory.kind_of(row) == memory.PROGRAM and memory.size_of(part.programs) == 0)
 
 
 @jit
 def copies_of(score, row):
     """How many lines a message goes to."""
-    line, count = lines_of(score)[row.line], 0
+    line, count = memory.lines_of(score)[row.line], 0
     if line.split == 0:
         return 1
-    if row.part != NONE and kind_of(row) != PROGRAM:
+    if row.part != memory.NONE and memory.kind_of(row) != memory.PROGRAM:
         return 1
     for k in range(line.first_part, line.first_part + line.parts):
         if goes_to(score, row, k):
@@ -339,9 +323,9 @@ def copies_of(score, row):
 @jit
 def count_notes(score):
     """Counts note-ons and note-offs."""
-    rows, score.note_ons, score.note_offs = events_of(score), 0, 0
+    rows, score.note_ons, score.note_offs = memory.events_of(score), 0, 0
     for k in range(score.events_count):
-        if kind_of(rows[k]) == NOTE_ON:
+        if memory.kind_of(rows[k]) == NOTE_ON:
             score.note_ons += 1
-        elif kind_of(rows[k]) == NOTE_OFF:
+        elif memory.kind_of(rows[k]) == NOTE_OFF:
             score.note_offs += 1

@@ -13,7 +13,7 @@ from livebass.kernels.machine.native import bytes_at, copy_record, record_at, wo
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON
 from livebass.kernels.player.performer import CHANNELS
 from livebass.kernels.score.memory import KEYS, NONE, WORD, is_note, kind_of, played_at
-from livebass.kernels.score.sorting import count_below, count_up_to, fill_order, sort_by
+from livebass.kernels.score.sorting import count_below, fill_order, sort_by
 from livebass.kernels.score.spread import OVERLAP
 
 jit = compiled(attributes=SMALL)
@@ -145,18 +145,6 @@ def is_other(f, key):
 
 
 @jit
-def is_beyond(f, key):
-    """True if a key that does not switch is beyond the range."""
-    return is_other(f, key) and (key < f.lowest or key > f.highest)
-
-
-@jit
-def is_within(f, key):
-    """True if a key is in the range."""
-    return f.lowest <= key <= f.highest
-
-
-@jit
 def median_of(lengths, order, spare, count):
     """The median of `count` lengths."""
     fill_order(order, count)
@@ -174,7 +162,7 @@ def find_switches(f):
     note_begins, note_ends, marks = words_of(f, 0), words_of(f, 1), words_of(f, 2)
     notes, beyond, found, near, far = 0, 0, 0, np.int64(KEYS), np.int64(NONE)
     for n in range(f.notes):
-        if is_within(f, keys[n]):
+        if f.lowest <= keys[n] <= f.highest:
             note_begins[notes], note_ends[notes], marks[notes] = begins[n], ends[n], ends[n] - begins[n]
             near, far = min(near, keys[n]), max(far, keys[n])
             notes += 1
@@ -183,7 +171,7 @@ def find_switches(f):
     short = SHORT * median_of(marks, words_of(f, 3), words_of(f, 4), notes)
     for n in range(f.notes):
         marks[n] = 0
-        if is_beyond(f, keys[n]):
+        if is_other(f, keys[n]) and not f.lowest <= keys[n] <= f.highest:
             beyond += 1
             is_far = keys[n] < near - FAR or keys[n] > far + FAR
             if looks_like_switch(f, begins[n], ends[n], ends[n] - begins[n] < short, is_far, notes):
@@ -285,4 +273,5 @@ def is_alone(f, begin, end, long):
     if end - begin <= overlap:
         return True
     begun = count_below(words_of(f, 0), long, end - overlap)
-    return begun - count_up_to(words_of(f, 1), long, begin + overlap) <= 1
+    ended = count_below(words_of(f, 1), long, np.floor(begin + overlap) + 1.0)  # frames up to there are whole
+    return begun - ended <= 1

@@ -332,6 +332,4 @@ def size_of(numbers):
 @jit
 def clear_words(address, count):
     """Sets words to NONE."""
-    words = words_at(address, count)
-    for k in range(count):
-        words[k] = NONE
+    words_at(address, count)[:] = NONE

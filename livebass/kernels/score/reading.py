@@ -16,6 +16,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record, words_at
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON, RELEASE
 from livebass.kernels.player.performer import CHANNELS
+from livebass.kernels.score import memory
 from livebass.kernels.score.apart import copy_events, end_by_others
 from livebass.kernels.score.choosing import choose, group_notes, list_part
 from livebass.kernels.score.cleaning import clean
@@ -32,35 +33,6 @@ from livebass.kernels.score.lines import (
     rank_ports,
     set_apart,
 )
-from livebass.kernels.score.memory import (
-    KEYS,
-    LINE,
-    MAX_BASSES,
-    NONE,
-    NOTE,
-    PART,
-    PLAYED,
-    PROGRAM,
-    SEGMENT,
-    SENT,
-    TIMED,
-    TOO_LONG,
-    TRACK,
-    WORD,
-    clear_words,
-    events_of,
-    file_at,
-    is_note,
-    kind_of,
-    lines_of,
-    listed_at,
-    notes_at,
-    parts_of,
-    played_at,
-    score_at,
-    take_memory,
-    timed_at,
-)
 from livebass.kernels.score.modes import find_zone
 from livebass.kernels.score.programs import choose_programs, read_notes
 from livebass.kernels.score.records import REMARK
@@ -72,18 +44,28 @@ from livebass.kernels.score.turns import take_turns
 jit = compiled(attributes=SMALL)
 
 LINE_REMARKS = 4  # at most
-SEGMENT_SIZE, SENT_SIZE, LINE_SIZE, PART_SIZE = SEGMENT.itemsize, SENT.itemsize, LINE.itemsize, PART.itemsize
-TRACK_SIZE, TIMED_SIZE, NOTE_SIZE, PLAYED_SIZE = TRACK.itemsize, TIMED.itemsize, NOTE.itemsize, PLAYED.itemsize
+SEGMENT_SIZE, SENT_SIZE, LINE_SIZE, PART_SIZE = (
+    memory.SEGMENT.itemsize,
+    memory.SENT.itemsize,
+    memory.LINE.itemsize,
+    memory.PART.itemsize,
+)
+TRACK_SIZE, TIMED_SIZE, NOTE_SIZE, PLAYED_SIZE = (
+    memory.TRACK.itemsize,
+    memory.TIMED.itemsize,
+    memory.NOTE.itemsize,
+    memory.PLAYED.itemsize,
+)
 REMARK_SIZE = REMARK.itemsize
 
 
 @entry("int64(int64)", SMALL)
 def measure_lines(address):
     """Counts what the file has for the SCORE at an address; returns `bytes`."""
-    score = score_at(address)
+    score = memory.score_at(address)
     ports, score.note_ons = rank_ports(score)
     score.lines_count = CHANNELS * ports
-    score.max_parts = min(score.note_ons, score.lines_count * file_at(score.file).tracks)
+    score.max_parts = min(score.note_ons, score.lines_count * memory.file_at(score.file).tracks)
     score.max_lines = score.lines_count + score.max_parts
     score.memory = 0
     lay_out_lines(score)
@@ -94,36 +76,36 @@ def measure_lines(address):
 @jit
 def lay_out_lines(score):
     """Divides `memory`."""
-    file = file_at(score.file)
+    file = memory.file_at(score.file)
     score.free = score.memory
-    score.segments = take_memory(score, SEGMENT_SIZE * (file.tempos + 1))
-    score.events = take_memory(score, TIMED_SIZE * (MODE_MESSAGES + file.messages)) + TIMED_SIZE * MODE_MESSAGES
-    score.sent_exclusives = take_memory(score, SENT_SIZE * file.exclusives)
-    score.lines = take_memory(score, LINE_SIZE * (score.max_lines + 1))
-    score.parts = take_memory(score, PART_SIZE * score.max_parts)
-    score.tracks = take_memory(score, TRACK_SIZE * file.tracks)
-    score.remarks = take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.max_parts + MAX_BASSES))
-    score.tables[0] = take_memory(score, WORD * KEYS * score.lines_count)
+    score.segments = memory.take_memory(score, SEGMENT_SIZE * (file.tempos + 1))
+    score.events = memory.take_memory(score, TIMED_SIZE * (MODE_MESSAGES + file.messages)) + TIMED_SIZE * MODE_MESSAGES
+    score.sent_exclusives = memory.take_memory(score, SENT_SIZE * file.exclusives)
+    score.lines = memory.take_memory(score, LINE_SIZE * (score.max_lines + 1))
+    score.parts = memory.take_memory(score, PART_SIZE * score.max_parts)
+    score.tracks = memory.take_memory(score, TRACK_SIZE * file.tracks)
+    score.remarks = memory.take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.max_parts + memory.MAX_BASSES))
+    score.tables[0] = memory.take_memory(score, memory.WORD * memory.KEYS * score.lines_count)
     for k in range(len(score.words)):
-        score.words[k] = take_memory(score, WORD * max(score.note_ons, file.exclusives))
+        score.words[k] = memory.take_memory(score, memory.WORD * max(score.note_ons, file.exclusives))
 
 
 @entry("int64(int64)", SMALL)
 def read_lines(address):
     """Finds the lines of the SCORE at an address; returns 0 or TOO_LONG."""
-    score = score_at(address)
+    score = memory.score_at(address)
     lay_out_lines(score)
     score.error, score.remarks_count, score.has_zone, score.parts_count, score.splits = 0, 0, 0, 0, 0
     find_times(score)
     make_lines(score)
     fill_events(score)
     if not end_soon(score):
-        score.error = TOO_LONG
+        score.error = memory.TOO_LONG
         return score.error
     fill_exclusives(score)
     find_parts(score)
     if score.take == 1:
-        lines, score.has_zone, score.copies = lines_of(score), 1, score.events_count
+        lines, score.has_zone, score.copies = memory.lines_of(score), 1, score.events_count
         for k in range(score.lines_count):
             lines[k].zone = 1
     else:
@@ -155,22 +137,22 @@ def lay_out_notes(score):
     c, notes = score.cleaning, score.note_ons
     maximum = score.copies + notes - (0 if score.take == 1 else score.note_offs)
     score.free = score.more
-    score.copied = take_memory(score, TIMED_SIZE * score.copies) if score.splits > 0 else score.events
+    score.copied = memory.take_memory(score, TIMED_SIZE * score.copies) if score.splits > 0 else score.events
     for k in range(len(score.tables)):
-        score.tables[k] = take_memory(score, WORD * KEYS * score.lines_count)
-    c.strokes = take_memory(score, WORD * score.copies)
-    score.clean = take_memory(score, TIMED_SIZE * maximum)
-    score.all_notes = take_memory(score, NOTE_SIZE * notes)
-    score.of_part = take_memory(score, WORD * notes)
-    score.sent = take_memory(score, TIMED_SIZE * maximum)
-    score.sent_notes = take_memory(score, NOTE_SIZE * notes)
-    score.played = take_memory(score, PLAYED_SIZE * (maximum + notes))
+        score.tables[k] = memory.take_memory(score, memory.WORD * memory.KEYS * score.lines_count)
+    c.strokes = memory.take_memory(score, memory.WORD * score.copies)
+    score.clean = memory.take_memory(score, TIMED_SIZE * maximum)
+    score.all_notes = memory.take_memory(score, NOTE_SIZE * notes)
+    score.of_part = memory.take_memory(score, memory.WORD * notes)
+    score.sent = memory.take_memory(score, TIMED_SIZE * maximum)
+    score.sent_notes = memory.take_memory(score, NOTE_SIZE * notes)
+    score.played = memory.take_memory(score, PLAYED_SIZE * (maximum + notes))
 
 
 @entry("int64(int64)", SMALL)
 def read_parts_of(address):
     """Finds the notes and parts of the SCORE at an address, after `read_lines`; returns `parts_count`."""
-    score = score_at(address)
+    score = memory.score_at(address)
     lay_out_notes(score)
     if score.take == 1:
         end_take(score)
@@ -198,20 +180,20 @@ def clean_events(score, out, marked):
 @jit
 def end_take(score):
     """Copies a take's messages, and adds a note-off at the end for each key that is still down."""
-    rows, count, keys = events_of(score), score.events_count, CHANNELS * KEYS
-    clear_words(score.tables[0], keys)
-    clean_rows, down = timed_at(score.clean, count + score.note_ons), words_at(score.tables[0], keys)
+    rows, count, keys = memory.events_of(score), score.events_count, CHANNELS * memory.KEYS
+    memory.clear_words(score.tables[0], keys)
+    clean_rows, down = memory.timed_at(score.clean, count + score.note_ons), words_at(score.tables[0], keys)
     for k in range(count):
         copy_record(clean_rows[k], rows[k])
-        if is_note(rows[k]):
-            key = (np.int64(rows[k].status) & 0x0F) * KEYS + np.int64(rows[k].first)
-            down[key] = 1 if kind_of(rows[k]) == NOTE_ON else NONE
+        if memory.is_note(rows[k]):
+            key = (np.int64(rows[k].status) & 0x0F) * memory.KEYS + np.int64(rows[k].first)
+            down[key] = 1 if memory.kind_of(rows[k]) == NOTE_ON else memory.NONE
     end = max(score.end, rows[count - 1].frame) if count > 0 else score.end
     for place in range(keys):
         if down[place] == 1:
             row = clean_rows[count]
-            row.frame, row.line, row.track, row.part, row.mark = end, place // KEYS, 0, NONE, 0
-            row.status, row.first, row.second = NOTE_OFF | place // KEYS, place % KEYS, RELEASE
+            row.frame, row.line, row.track, row.part, row.mark = end, place // memory.KEYS, 0, memory.NONE, 0
+            row.status, row.first, row.second = NOTE_OFF | place // memory.KEYS, place % memory.KEYS, RELEASE
             count += 1
     score.clean_count = count
 
@@ -222,9 +204,9 @@ def choose_notes(address, how, number):
 
     Returns how many are chosen; if there are any, or in a take, `played` has what to play.
     """
-    score = score_at(address)
+    score = memory.score_at(address)
     choose(score, how, number)
-    score.played_count, score.notes, score.program = 0, 0, NONE
+    score.played_count, score.notes, score.program = 0, 0, memory.NONE
     if score.chosen > 0 or score.take == 1:  # a take may have strokes without notes
         hear_lines(score)
         if score.alone == 1:
@@ -232,7 +214,7 @@ def choose_notes(address, how, number):
             score.sent_count = clean_events(score, score.sent, 1)
         else:
             copy_chosen(score)
-        rows, notes = timed_at(score.sent, score.sent_count), notes_at(score.sent_notes, score.note_ons)
+        rows, notes = memory.timed_at(score.sent, score.sent_count), memory.notes_at(score.sent_notes, score.note_ons)
         score.notes = read_notes(score, score.sent, score.sent_count, score.sent_notes)
         choose_programs(score, rows, score.sent_count, notes, score.notes)
         turns = score.take == 0 and take_turns(score, rows, notes, score.notes)
@@ -243,7 +225,7 @@ def choose_notes(address, how, number):
 @jit
 def hear_lines(score):
     """Finds the lines of the chosen notes, and those whose controllers and programs are for them."""
-    lines, parts, zone = lines_of(score), parts_of(score), score.take
+    lines, parts, zone = memory.lines_of(score), memory.parts_of(score), score.take
     for k in range(score.lines_count):
         lines[k].chosen = 0
     for k in range(score.parts_count):
@@ -257,26 +239,26 @@ def hear_lines(score):
 @jit
 def mark_alone(score):
     """Marks the messages of whole parts: not those of other parts on their lines."""
-    rows, lines, parts = events_of(score), lines_of(score), parts_of(score)
+    rows, lines, parts = memory.events_of(score), memory.lines_of(score), memory.parts_of(score)
     for k in range(score.events_count):
         row = rows[k]
-        own = row.part != NONE and parts[row.part].chosen > 0
-        shared = row.part == NONE and not is_note(row) and lines[row.line].heard == 1
+        own = row.part != memory.NONE and parts[row.part].chosen > 0
+        shared = row.part == memory.NONE and not memory.is_note(row) and lines[row.line].heard == 1
         row.mark = 1 if own or shared else 0
 
 
 @jit
 def copy_chosen(score):
     """Copies the messages of the chosen notes and of their lines."""
-    rows, lines, n, count = timed_at(score.clean, score.clean_count), lines_of(score), 0, 0
-    notes, sent = notes_at(score.all_notes, score.note_ons), timed_at(score.sent, score.clean_count)
+    rows, lines, n, count = memory.timed_at(score.clean, score.clean_count), memory.lines_of(score), 0, 0
+    notes, sent = memory.notes_at(score.all_notes, score.note_ons), memory.timed_at(score.sent, score.clean_count)
     for k in range(score.clean_count):
         row = rows[k]
         line = lines[row.line]
-        if kind_of(row) == NOTE_ON:
+        if memory.kind_of(row) == NOTE_ON:
             kept = notes[n].chosen == 1
             n += 1
-        elif kind_of(row) == NOTE_OFF and score.take == 0:
+        elif memory.kind_of(row) == NOTE_OFF and score.take == 0:
             kept = line.chosen == 1
         else:
             kept = line.heard == 1
@@ -289,17 +271,17 @@ def copy_chosen(score):
 @jit
 def play(score, rows, turns):
     """Writes the messages to play, with a channel for each line and the program changes that count."""
-    lines, count = lines_of(score), 0
-    played = played_at(score.played, score.sent_count + score.notes)
+    lines, count = memory.lines_of(score), 0
+    played = memory.played_at(score.played, score.sent_count + score.notes)
     set_channels(score, rows, turns)
     for k in range(score.sent_count):
         row = rows[k]
         to = np.int64(lines[row.line].to)
         if turns and row.mark == 1:
-            set_played(played[count], row.frame, PROGRAM | to, np.int64(lines[row.line].program), 0)
+            set_played(played[count], row.frame, memory.PROGRAM | to, np.int64(lines[row.line].program), 0)
             count += 1
         if is_sent(row, turns):
-            set_played(played[count], row.frame, kind_of(row) | to, np.int64(row.first), np.int64(row.second))
+            set_played(played[count], row.frame, memory.kind_of(row) | to, np.int64(row.first), np.int64(row.second))
             count += 1
     score.played_count = count
 
@@ -313,13 +295,13 @@ def set_played(played, frame, status, first, second):
 @jit
 def is_sent(row, turns):
     """True unless a message is a program change that does not count."""
-    return kind_of(row) != PROGRAM or (row.mark == 1 and not turns)
+    return memory.kind_of(row) != memory.PROGRAM or (row.mark == 1 and not turns)
 
 
 @jit
 def set_channels(score, rows, turns):
     """Gives each line that plays a channel: its own, or a free one if another line has it; the zone comes first."""
-    lines, taken = lines_of(score), np.int64(0)
+    lines, taken = memory.lines_of(score), np.int64(0)
     for k in range(score.lines_count):
         lines[k].sent = 0
     for k in range(score.sent_count):
@@ -350,10 +332,10 @@ def describe_part(address, part, switches, listed):
 
     switches: address of 128 bytes, by key; 1 for keys that are no notes. 0: all are notes.
     """
-    list_part(score_at(address), part, switches, listed_at(listed))
+    list_part(memory.score_at(address), part, switches, memory.listed_at(listed))
 
 
 @entry("int64(int64, int64)", SMALL)
 def frame_at_tick(address, tick):
     """Returns the frame of a tick of the SCORE at an address, after `read_lines`."""
-    return frame_of(score_at(address), tick)
+    return frame_of(memory.score_at(address), tick)

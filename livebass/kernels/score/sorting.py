@@ -56,19 +56,6 @@ def count_below(values, count, limit):
 
 
 @jit
-def count_up_to(values, count, limit):
-    """How many of the first `count` of the ascending `values` are at most `limit`."""
-    low, high = np.int64(0), np.int64(count)
-    while low < high:
-        half = (low + high) >> 1
-        if values[half] <= limit:
-            low = half + 1
-        else:
-            high = half
-    return low
-
-
-@jit
 def twice_median(counts, total):
     """Twice the median of `total` numbers from 0 to 127, given how often each occurs."""
     return nth(counts, (total - 1) // 2) + nth(counts, total // 2)

@@ -46,8 +46,7 @@ def are_together(score, rows, notes, count):
     """True if too many notes begin while a bass with another program plays."""
     ends, until, together = words_at(score.words[0], count), score.counts, 0
     find_ends(score, rows, ends)
-    for bass in range(BASSES):
-        until[bass] = 0
+    until[:BASSES] = 0
     for n in range(count):
         begin, own = rows[notes[n].place].frame, notes[n].program - FIRST_BASS
         other = False

@@ -198,8 +198,7 @@ def update_clearances(slot, op, count, close):
 @jit
 def invalidate_contact(w, op):
     """Marks the penetrations at a polarisation's contact points as unknown."""
-    for m in range(op.points):
-        w.solved_at[m] = UNKNOWN
+    w.solved_at[: op.points] = UNKNOWN
 
 
 @jit

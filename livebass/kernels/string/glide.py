@@ -198,9 +198,8 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
     for j in range(op.modes):
         w.omega[j] = of_a * omega_a[j] + of_b * omega_b[j]
         w.sigma[j] = (1.0 - x) * sigma_a[j] + x * sigma_b[j]
-    for j in range(op.modes, op.padded):
-        w.omega[j] = 1.0
-        w.sigma[j] = 0.0
+    w.omega[op.modes : op.padded] = 1.0
+    w.sigma[op.modes : op.padded] = 0.0
     w.split = op.split
     modal.tune(w, op)
     modal.copy_row(coefficient_at(rows, op, operators.KAPPA), w.kappa, op.padded)

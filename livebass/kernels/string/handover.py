@@ -155,11 +155,10 @@ def all_sums(u, v, squares, n, new, new_v, wanted, to):
         to_single(v, n)
         for m in range(0, to.modes, 2):
             two_single_sums(u.high, v.high, (rough, rest), n, new, new_v, wanted, m)
-    for m in range(to.modes, to.padded):
-        new.q[m] = 0.0
-        new.p[m] = 0.0
-        new_v.q[m] = 0.0
-        new_v.p[m] = 0.0
+    new.q[to.modes : to.padded] = 0.0
+    new.p[to.modes : to.padded] = 0.0
+    new_v.q[to.modes : to.padded] = 0.0
+    new_v.p[to.modes : to.padded] = 0.0
 
 
 @jit
@@ -320,9 +319,8 @@ def weigh_slopes(w, k1, n):
 @jit
 def clear_sums(new, to):
     """Sets the sums of all modes of `to` to a string at rest."""
-    for j in range(to.padded):
-        new.q[j] = 0.0
-        new.p[j] = 0.0
+    new.q[: to.padded] = 0.0
+    new.p[: to.padded] = 0.0
 
 
 @jit

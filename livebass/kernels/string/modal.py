@@ -1168,12 +1168,11 @@ def change_coefficients(w, old, op, rows):
     widen(w, shared)
     for j in range(shared):
         w.p[j] /= w.kappa[j]
-    for j in range(shared, op.padded):
-        w.q[j] = 0.0
-        w.p[j] = 0.0
-        w.held[j] = 0.0
-        w.strike[j] = 0.0
-        w.finger[j] = 1.0
+    w.q[shared : op.padded] = 0.0
+    w.p[shared : op.padded] = 0.0
+    w.held[shared : op.padded] = 0.0
+    w.strike[shared : op.padded] = 0.0
+    w.finger[shared : op.padded] = 1.0
     take_coefficients(w, op, rows)
     for j in range(op.padded):
         w.p[j] *= w.kappa[j]

@@ -10,15 +10,7 @@ uncompiled (model/instrument.py), so a preset loads without compiled kernels. Eq
 import numpy as np
 
 from livebass.compiling import shared
-from livebass.kernels.string.law import (
-    admittance,
-    bending_stiffness,
-    clamped_mode,
-    detuning,
-    held_part,
-    neck_damping,
-    stretch_ratio,
-)
+from livebass.kernels.string import law
 from livebass.rows.parts import NeckLaw, StringLaw
 from livebass.rows.row import copier, rows
 
@@ -151,9 +143,9 @@ def take_numbers(string, numbers, stop, note):
     note.paper_law = string.paper_law
     note.tension = tension
     note.inharmonicity = inharmonicity * (part * part)
-    note.bending = bending_stiffness(inharmonicity, tension, string.length)
-    note.held_stiffness = held_part(string.paper_law, note.inharmonicity, note.length)
-    note.clamp = clamped_mode(note.length)
+    note.bending = law.bending_stiffness(inharmonicity, tension, string.length)
+    note.held_stiffness = law.held_part(string.paper_law, note.inharmonicity, note.length)
+    note.clamp = law.clamped_mode(note.length)
     note.contact_loss = string.contact_loss
     take_law(string, note)
 
@@ -243,13 +235,13 @@ def tune(string, numbers, stop, note, lists):
     mass = 2 * string.linear_density * note.length  # kg: mu c is mass times f0
     mute = string.extra_damping / (2 * np.pi) + string.extra_damping_slope * pitch  # Hz
     if note.stop != 0.0:
-        mute += neck_damping(admittance(note, lists, pitch, False)[0], mass * pitch, pitch) / (2 * np.pi)
+        mute += law.neck_damping(law.admittance(note, lists, pitch, False)[0], mass * pitch, pitch) / (2 * np.pi)
     sounds = hypotenuse(pitch, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
-    stretch = stretch_ratio(note.paper_law, note.inharmonicity, 1.0)
+    stretch = law.stretch_ratio(note.paper_law, note.inharmonicity, 1.0)
     fundamental = sounds / stretch
     if note.resonances_count + note.table_count > 0 or note.stop != 0.0:
         for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
-            aside = detuning(admittance(note, lists, fundamental, False)[1], mass * fundamental, 1)
+            aside = law.detuning(law.admittance(note, lists, fundamental, False)[1], mass * fundamental, 1)
             aside = min(max(aside, -MAX_DETUNING), MAX_DETUNING)
             before = fundamental
             fundamental = sounds / (stretch + aside)

@@ -11,7 +11,7 @@ from livebass.kernels.string import modal, turning
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.preparing import FADE_TO
-from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MAX_NEAR, NONE, TOUCHES, UNKNOWN
+from livebass.kernels.string.records import BLOCK, MAX_NEAR, NONE, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
 # Fastest point over the root mean square velocity from the string's energy: plucks reached 3.8 (hard, near the bridge),
@@ -108,13 +108,11 @@ def wake_slot(slot, op, step):
     slot.due = step
     slot.quiet = UNKNOWN
     slot.steady = 0
-    for m in range(op.points):
-        u.due[m] = UNKNOWN
-        u.known_at[m] = UNKNOWN
+    u.due[: op.points] = UNKNOWN
+    u.known_at[: op.points] = UNKNOWN
     if op.points > MAX_NEAR:
-        for g in range(GROUP_ROOM):
-            u.group_due[g] = UNKNOWN
-            u.group_known_at[g] = UNKNOWN
+        u.group_due[:] = UNKNOWN
+        u.group_known_at[:] = UNKNOWN
 
 
 @jit

@@ -146,8 +146,7 @@ def place_dashpots(slot, op, i, t):
         shape = shapes[d]
         for j in range(n):
             shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * kappa[j] / op.fine
-        for j in range(op.modes, n):
-            shape[j] = 0.0
+        shape[op.modes : n] = 0.0
         modal.copy_row(slot.touch_shape_high[i, d], shape[op.split :], n - op.split)
     slot.touch_products_for[i] = 0
 

@@ -20,31 +20,18 @@ from livebass.kernels.machine.native import (
     store_release,
 )
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.live.thread import ahead
+from livebass.live.thread import ahead, records
 from livebass.live.thread.carry import CARRIED, carry_bass, is_same_bass
 from livebass.live.thread.events import apply_parameters, collect_events, extend_gains, extend_knobs, take_controllers
 from livebass.live.thread.load import adapt, run_ahead, switch_operators, update_meters
 from livebass.live.thread.mix import begin_fade, end_old_bass, fill_fade, is_silent, mix_strings
-from livebass.live.thread.records import (
-    BLOCK_TIME,
-    CAPTURE_RING,
-    CHUNK,
-    FADED_BASS,
-    NEXT_BASS,
-    RINGING,
-    RINGS,
-    effects_of,
-    string_of,
-    synth_at,
-)
 from livebass.live.thread.ring import next_frame, push_sound
 
 
 @jit
 def render_chunk(synth, out, n):
     """Plays n <= CHUNK frames into out (n,) float32, limited to the synth's ceiling."""
-    for j in range(n):
-        out[j] = 0.0
+    out[:n] = 0.0
     synth.gains_known = 0
     synth.knobs_known = 0
     if synth.bass != 0:
@@ -57,11 +44,11 @@ def render_chunk(synth, out, n):
             fill_fade(synth, n, True)
         mix_strings(synth, b, out, n, comes)
     if synth.old_bass != 0:
-        fades = synth.fade_left != RINGING
+        fades = synth.fade_left != records.RINGING
         if fades:
             fill_fade(synth, n, False)
         mix_strings(synth, bass_at(synth.old_bass), out, n, fades)
-        if synth.fade_left != RINGING:
+        if synth.fade_left != records.RINGING:
             synth.fade_left = max(synth.fade_left - n, 0)
         over = not synth.carried and is_silent(bass_at(synth.old_bass), synth.frame + n)
         if synth.fade_left == 0 or over:
@@ -80,7 +67,7 @@ def render_chunk(synth, out, n):
 @jit
 def let_go_of_old_bass(synth):
     """Lets Python free the old bass."""
-    store_release(record_address(synth) + FADED_BASS, synth.old_bass)
+    store_release(record_address(synth) + records.FADED_BASS, synth.old_bass)
     synth.old_bass = 0
 
 
@@ -92,12 +79,12 @@ def switch_bass(synth):
     has to fade first.
     """
     here = record_address(synth)
-    wanted = load_acquire(here + NEXT_BASS)
+    wanted = load_acquire(here + records.NEXT_BASS)
     if wanted == 0:
         return
     end_old_bass(synth)
-    if synth.old_bass == 0 and load_acquire(here + FADED_BASS) == 0:
-        store_release(here + NEXT_BASS, 0)
+    if synth.old_bass == 0 and load_acquire(here + records.FADED_BASS) == 0:
+        store_release(here + records.NEXT_BASS, 0)
         synth.old_bass = synth.bass
         synth.bass = wanted
         synth.overload = 0
@@ -108,7 +95,7 @@ def switch_bass(synth):
             if is_silent(bass_at(synth.old_bass), synth.frame):
                 let_go_of_old_bass(synth)
             return
-        synth.fade_left = RINGING
+        synth.fade_left = records.RINGING
         bass_at(wanted).frame = synth.frame
         apply_parameters(synth, bass_at(wanted))
         if synth.old_bass != 0:
@@ -119,7 +106,7 @@ def switch_bass(synth):
 @jit
 def capture(synth, out, n):
     """Hands the sound to the recorder and counts the frames that do not fit into its ring."""
-    address = load_acquire(record_address(synth) + CAPTURE_RING)
+    address = load_acquire(record_address(synth) + records.CAPTURE_RING)
     if address != 0:
         synth.capture_lost += push_sound(address, synth.capture_size, out, n)
 
@@ -130,21 +117,19 @@ def process(address, sound, n):
     out = samples_at(sound, n)
     before = float_control()
     set_float_control(before | flush_bits())  # denormal numbers become zero here; the thread's owner may want them
-    synth = synth_at(address)
+    synth = records.synth_at(address)
     began = nanoseconds(synth.clock, synth.clock_id)
     synth.block_frame = synth.frame
     synth.block_frames = n
-    store_release(address + BLOCK_TIME, began)
+    store_release(address + records.BLOCK_TIME, began)
     worked = nanoseconds(synth.clock, synth.work_clock_id)
     switch_bass(synth)
     for i in range(MAX_STRINGS):
         if synth.apart[i] != 0:
-            own = samples_at(synth.apart[i], n)
-            for j in range(n):
-                own[j] = 0.0
+            samples_at(synth.apart[i], n)[:] = 0.0
     done = 0
     while done < n:
-        m = min(CHUNK, n - done)
+        m = min(records.CHUNK, n - done)
         render_chunk(synth, out[done : done + m], m)
         done += m
     capture(synth, out, n)
@@ -163,24 +148,24 @@ def process(address, sound, n):
 @entry("void(int64, float64, int64)")
 def relieve(address, load, n):
     """Takes the last n frames' `load` from a host that measures it, if the synth at `address` has no clock."""
-    update_meters(synth_at(address), load)
-    adapt(synth_at(address), load, n)
+    update_meters(records.synth_at(address), load)
+    adapt(records.synth_at(address), load, n)
 
 
 @entry("int64(int64)")
 def is_still(address):
     """C function: 1 if the synth at `address` plays only zeros until something is sent to it. [audio thread]"""
-    synth = synth_at(address)
-    if synth.bass == 0 or synth.old_bass != 0 or load_acquire(address + NEXT_BASS) != 0:
+    synth = records.synth_at(address)
+    if synth.bass == 0 or synth.old_bass != 0 or load_acquire(address + records.NEXT_BASS) != 0:
         return np.int64(0)
-    for k in range(RINGS):
+    for k in range(records.RINGS):
         if next_frame(synth.midi_ring[k], synth.midi_ring_size[k], np.int64(-2)) != -2:
             return np.int64(0)
     b = bass_at(synth.bass)
-    if chain.rings(effects_of(b)) or b.floor.left > 0:
+    if chain.rings(records.effects_of(b)) or b.floor.left > 0:
         return np.int64(0)
     for i in range(b.strings):
-        v = string_of(b, i).voice
+        v = records.string_of(b, i).voice
         if not v.still or v.frame != synth.frame - b.frame:
             return np.int64(0)
     return np.int64(1)
@@ -192,7 +177,7 @@ def return_to_clock(address):
 
     From then on, without a clock, it plays exactly as it would without one from the start. [audio thread]
     """
-    synth = synth_at(address)
+    synth = records.synth_at(address)
     before = float_control()
     set_float_control(before | flush_bits())
     for k in range(2):

@@ -190,9 +190,7 @@ def play_period(data, done, m, n):
     if data.click == 0:
         click(data.synth, data.desk, sheet(data, 0), m)
     else:
-        beats = samples_at(sheet(data, 1), m)
-        for j in range(m):
-            beats[j] = 0.0
+        samples_at(sheet(data, 1), m)[:] = 0.0
         click(data.synth, data.desk, sheet(data, 1), m)
     for k in range(data.outputs):
         put(data, data.output[k], 0, done, m, n)

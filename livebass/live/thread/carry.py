@@ -216,9 +216,8 @@ def carry_motion(w, op, old, old_op, lighter):
     """
     shared = min(op.modes, old_op.modes)
     modal.widen(old, shared)
-    for j in range(op.padded):
-        w.q[j] = 0.0
-        w.p[j] = 0.0
+    w.q[: op.padded] = 0.0
+    w.p[: op.padded] = 0.0
     for j in range(shared):
         x, y = old.q[j], old.p[j] / old.kappa[j]
         before = lighter * (y * y + (old.omega[j] * x) * (old.omega[j] * x))
@@ -229,7 +228,6 @@ def carry_motion(w, op, old, old_op, lighter):
         w.p[j] = part * y * w.kappa[j]
     modal.narrow(w, op.padded)
     copy_hands(w, old, shared)
-    for j in range(shared, op.padded):
-        w.held[j] = 0.0
-        w.strike[j] = 0.0
-        w.finger[j] = 1.0
+    w.held[shared : op.padded] = 0.0
+    w.strike[shared : op.padded] = 0.0
+    w.finger[shared : op.padded] = 1.0

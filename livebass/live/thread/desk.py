@@ -19,22 +19,12 @@ from livebass.kernels.machine.native import (
     store_release,
     words_at,
 )
+from livebass.kernels.player import controls
 from livebass.kernels.player.constants import CONTROLLERS, KEYS
-from livebass.kernels.player.controls import (
-    BEND_RANGE_RPN,
-    COARSE_MIDDLE,
-    COARSE_RPN,
-    DATA,
-    DATA_FINE,
-    FINE_RPN,
-    PEDAL,
-    RPN,
-    RPN_FINE,
-    rpn_with,
-)
 from livebass.kernels.player.parameters import value_at
 from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MAX_STRINGS, NO_RPN
 from livebass.kernels.player.words import KIND_BIT, STRING, STRING_REST, field, kind_of, plays_strings, unpack
+from livebass.kernels.score.sorting import count_below
 from livebass.live.thread.records import field_offset, performer_of, synth_at
 from livebass.live.thread.ring import WORD, push_learned, push_midi, push_whole
 from livebass.rows.techniques import CHANNEL_MODES, PARAMETERS, RESERVED
@@ -177,7 +167,7 @@ def release_score(desk, synth, frame):
     for channel in range(CHANNELS):
         if desk.pedal[channel]:
             desk.pedal[channel] = 0
-            send_message(synth, frame, 0xB0 | np.int64(channel), np.int64(PEDAL), np.int64(0))
+            send_message(synth, frame, 0xB0 | np.int64(channel), np.int64(controls.PEDAL), np.int64(0))
     for channel in range(CHANNELS):
         if desk.bent[channel]:
             desk.bent[channel] = 0
@@ -190,7 +180,7 @@ def note_message(desk, status, first, second):
     kind, channel = status & 0xF0, status & 0x0F
     if kind == 0x90 or kind == 0x80:
         desk.held[channel, first] = 1 if kind == 0x90 and second > 0 else 0
-    elif kind == 0xB0 and first == PEDAL:
+    elif kind == 0xB0 and first == controls.PEDAL:
         desk.pedal[channel] = 1 if second >= 64 else 0
     elif kind == 0xC0:
         desk.program = first
@@ -234,18 +224,19 @@ def reset_settings(desk, synth, frame):
             status, number, value = unpack(words[settings[k]])
             if status != 0xB0 | channel:
                 continue
-            if number in (DATA, DATA_FINE):
-                received |= 1 << rpn if rpn <= COARSE_RPN else 0
+            if number in (controls.DATA, controls.DATA_FINE):
+                received |= 1 << rpn if rpn <= controls.COARSE_RPN else 0
             else:
-                rpn = rpn_with(rpn, number, value)
-        if (received >> BEND_RANGE_RPN) & 1:
+                rpn = controls.rpn_with(rpn, number, value)
+        if (received >> controls.BEND_RANGE_RPN) & 1:
             semitones = default_range(synth)
             fine = np.int64(np.rint(100.0 * (semitones - np.floor(semitones))))
-            send_rpn(synth, frame, np.int64(channel), np.int64(BEND_RANGE_RPN), np.int64(semitones), fine)
-        if (received >> FINE_RPN) & 1:
-            send_rpn(synth, frame, np.int64(channel), np.int64(FINE_RPN), np.int64(IN_TUNE >> 7), np.int64(0))
-        if (received >> COARSE_RPN) & 1:
-            send_rpn(synth, frame, np.int64(channel), np.int64(COARSE_RPN), np.int64(COARSE_MIDDLE), np.int64(0))
+            send_rpn(synth, frame, np.int64(channel), np.int64(controls.BEND_RANGE_RPN), np.int64(semitones), fine)
+        if (received >> controls.FINE_RPN) & 1:
+            send_rpn(synth, frame, np.int64(channel), np.int64(controls.FINE_RPN), np.int64(IN_TUNE >> 7), np.int64(0))
+        if (received >> controls.COARSE_RPN) & 1:
+            middle = np.int64(controls.COARSE_MIDDLE)
+            send_rpn(synth, frame, np.int64(channel), np.int64(controls.COARSE_RPN), middle, np.int64(0))
 
 
 @jit
@@ -258,12 +249,12 @@ def default_range(synth):
 def send_rpn(synth, frame, channel, rpn, whole, fine):
     """Sets a channel's registered parameter, then deselects it."""
     status = 0xB0 | channel
-    send_message(synth, frame, status, np.int64(RPN), np.int64(0))
-    send_message(synth, frame, status, np.int64(RPN_FINE), rpn)
-    send_message(synth, frame, status, np.int64(DATA), whole)
-    send_message(synth, frame, status, np.int64(DATA_FINE), fine)
-    send_message(synth, frame, status, np.int64(RPN), np.int64(NO_RPN >> 7))
-    send_message(synth, frame, status, np.int64(RPN_FINE), np.int64(NO_RPN & 127))
+    send_message(synth, frame, status, np.int64(controls.RPN), np.int64(0))
+    send_message(synth, frame, status, np.int64(controls.RPN_FINE), rpn)
+    send_message(synth, frame, status, np.int64(controls.DATA), whole)
+    send_message(synth, frame, status, np.int64(controls.DATA_FINE), fine)
+    send_message(synth, frame, status, np.int64(controls.RPN), np.int64(NO_RPN >> 7))
+    send_message(synth, frame, status, np.int64(controls.RPN_FINE), np.int64(NO_RPN & 127))
 
 
 @jit
@@ -274,14 +265,7 @@ def go_to(desk, synth, place, frame):
     """
     release_score(desk, synth, frame)
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
-    low: Any = np.int64(0)
-    high: Any = desk.count
-    while low < high:
-        middle = (low + high) // 2
-        if frames[middle] < place:
-            low = middle + 1
-        else:
-            high = middle
+    low = count_below(frames, desk.count, place)
     desk.next = low
     desk.position = place
     desk.due = ELSEWHERE
@@ -290,9 +274,7 @@ def go_to(desk, synth, place, frame):
         desk.program = program
         send_message(synth, frame, np.int64(0xC0), program, np.int64(0))
     send_settings(desk, synth, low, frame)
-    for channel in range(CHANNELS):
-        for k in range(CONTROLLERS + 1):
-            desk.met[channel, k] = 0
+    desk.met[:] = 0
     begin = max(low - CHASED, np.int64(0))
     for again in range(2):  # finds the last of each, then sends them in order
         for k in range(begin, low):

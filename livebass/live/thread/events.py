@@ -9,18 +9,8 @@ from livebass.kernels.effects.records import KNOBS
 from livebass.kernels.machine.elementary import power
 from livebass.kernels.machine.native import load_acquire, record_address, store_release
 from livebass.kernels.pickup import tone
-from livebass.kernels.player import controls, expression, messages, parameters
+from livebass.kernels.player import controls, expression, messages, parameters, words
 from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MAX_EVENTS
-from livebass.kernels.player.words import (
-    CHANNEL_BIT,
-    MIDI,
-    NUMBER,
-    controller_of,
-    kind_of,
-    pack,
-    plays_strings,
-    unpack,
-)
 from livebass.kernels.score.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread.records import MAX_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
@@ -105,17 +95,17 @@ def extend_knobs(synth, until):
 @jit
 def play_event(synth, b, frame, word, value):
     """Handles an event other than MIDI for synth frame `frame`."""
-    kind, number = kind_of(word), word & NUMBER
-    if plays_strings(kind):
+    kind, number = words.kind_of(word), word & words.NUMBER
+    if words.plays_strings(kind):
         synth.messages += 1
         keep_event(synth, frame, word, value)
     if kind == EFFECT and number < KNOBS:
         extend_knobs(synth, frame - synth.frame)
         synth.effects[number] = min(max(value, 0.0), 1.0) if not np.isnan(value) else 0.0
     if kind == PARAMETER and number < PARAMETERS:
-        controller = controller_of(word)
+        controller = words.controller_of(word)
         if controller >= 0:
-            keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
+            keep_message(synth, frame, 0xB0 | (word >> words.CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
         synth.parameters[number] = parameters.within_limits(number, value)
         if number == GAIN_DB:
             extend_gains(synth, frame - synth.frame)
@@ -157,7 +147,7 @@ def collect_events(synth, b, n):
             for channel in range(CHANNELS):
                 control = np.int64(0xB0 | channel)
                 play_message(synth, b, synth.frame, control, number, np.int64(0))
-                ring_on(synth, b, out.count, synth.frame, pack(control, number, np.int64(0)), 0.0)
+                ring_on(synth, b, out.count, synth.frame, words.pack(control, number, np.int64(0)), 0.0)
     last = synth.frame
     for _ in range(MAX_MESSAGES):  # a flood of messages must wait, the sound must not
         if max(out.count, old_out.count) + MAX_EVENTS > EVENT_ROOM:
@@ -176,8 +166,8 @@ def collect_events(synth, b, n):
         last = max(last, best)
         word, value = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
         before = out.count
-        if kind_of(word) == MIDI:
-            status, first, second = unpack(word)
+        if words.kind_of(word) == words.MIDI:
+            status, first, second = words.unpack(word)
             play_message(synth, b, last, status, first, second)
         else:
             play_event(synth, b, last, word, value)

@@ -15,17 +15,7 @@ import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.records import bass_at
-from livebass.kernels.machine.native import (
-    call_2,
-    float_control,
-    flush_bits,
-    load_acquire,
-    record_address,
-    replace_word,
-    set_float_control,
-    store_release,
-    wait_by,
-)
+from livebass.kernels.machine import native
 from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import DONE, HELPED, HELPERS, JOB, STOP, synth_at
@@ -67,30 +57,30 @@ def count_of(strings):
 @jit
 def play_strings(synth, b, strings, end):
     """Plays `strings` of `b`, a bit each, to its frame `end`; helpers share several strings. [audio thread]"""
-    here, wanted = record_address(synth), count_of(strings)
+    here, wanted = native.record_address(synth), count_of(strings)
     pool = synth.team.pool
-    if wanted < 2 or (pool == 0 and load_acquire(here + HELPERS) == 0):
+    if wanted < 2 or (pool == 0 and native.load_acquire(here + HELPERS) == 0):
         for i in range(b.strings):
             if (strings >> i) & 1:
                 ahead.play_to(b, i, end)
         return
-    synth.team.bass = record_address(b)
+    synth.team.bass = native.record_address(b)
     synth.team.end = end
-    store_release(here + DONE, 0)
-    number = (load_acquire(here + JOB) >> MAX_STRINGS) + 1
-    store_release(here + JOB, number << MAX_STRINGS | strings)
+    native.store_release(here + DONE, 0)
+    number = (native.load_acquire(here + JOB) >> MAX_STRINGS) + 1
+    native.store_release(here + JOB, number << MAX_STRINGS | strings)
     if pool != 0:
-        call_2(pool, synth.team.owner, wanted)
+        native.call_2(pool, synth.team.owner, wanted)
     own = np.int64(0)
     while True:
-        word = load_acquire(here + JOB)
+        word = native.load_acquire(here + JOB)
         if word & TAKEN == 0:
             break
         i = lowest(word & TAKEN)
-        if replace_word(here + JOB, word, word & ~(np.int64(1) << i)):
+        if native.replace_word(here + JOB, word, word & ~(np.int64(1) << i)):
             ahead.play_to(b, i, end)
             own += 1
-    while load_acquire(here + DONE) < wanted - own:
+    while native.load_acquire(here + DONE) < wanted - own:
         pass
 
 
@@ -98,11 +88,11 @@ def play_strings(synth, b, strings, end):
 def help_once(address):
     """Plays one string of the job of the synth at `address`; returns 0 if none is left, else 1."""
     synth = synth_at(address)
-    word = load_acquire(address + JOB)
+    word = native.load_acquire(address + JOB)
     if word & TAKEN == 0:
         return np.int64(0)
     i = highest(word & TAKEN)
-    if replace_word(address + JOB, word, word & ~(np.int64(1) << i)):
+    if native.replace_word(address + JOB, word, word & ~(np.int64(1) << i)):
         ahead.play_to(bass_at(synth.team.bass), i, synth.team.end)
         add_to(address + HELPED, np.int64(1))
         add_to(address + DONE, np.int64(1))
@@ -113,8 +103,8 @@ def help_once(address):
 def add_to(address, more):
     """Adds `more` to the word at `address`, atomically."""
     while True:
-        word = load_acquire(address)
-        if replace_word(address, word, word + more):
+        word = native.load_acquire(address)
+        if native.replace_word(address, word, word + more):
             return
 
 
@@ -124,11 +114,11 @@ def help_now(address):
 
     For the threads of a host that has received the job; a late thread finds nothing, or strings of a later job.
     """
-    before = float_control()
-    set_float_control(before | flush_bits())
+    before = native.float_control()
+    native.set_float_control(before | native.flush_bits())
     while help_once(address):
         pass
-    set_float_control(before)
+    native.set_float_control(before)
 
 
 @entry("void(int64, int64)")
@@ -137,15 +127,15 @@ def help_out(address, usleep):
 
     For a dedicated thread that nothing else waits for.
     """
-    before = float_control()
-    set_float_control(before | flush_bits())
+    before = native.float_control()
+    native.set_float_control(before | native.flush_bits())
     add_to(address + HELPERS, np.int64(1))
     rests = np.int64(0)
-    while load_acquire(address + STOP) == 0:
+    while native.load_acquire(address + STOP) == 0:
         for _ in range(LOOKS):
             if help_once(address):
                 rests = np.int64(0)
-        wait_by(usleep, np.int64(SOON if rests < AWAKE else LATER))
+        native.wait_by(usleep, np.int64(SOON if rests < AWAKE else LATER))
         rests += 1
     add_to(address + HELPERS, np.int64(-1))
-    set_float_control(before)
+    native.set_float_control(before)

@@ -11,19 +11,7 @@ from livebass.kernels.bass.records import SOUND_RING
 from livebass.kernels.effects import chain
 from livebass.kernels.machine.native import record_address, samples_at
 from livebass.kernels.player.performer import FADE, OVER
-from livebass.live.thread import helpers
-from livebass.live.thread.records import (
-    CHUNK,
-    KNOBS_PLACE,
-    RINGING,
-    ahead_of,
-    effects_of,
-    events_of,
-    performer_of,
-    sound_of,
-    string_events_of,
-    string_of,
-)
+from livebass.live.thread import helpers, records
 
 SAMPLE = 4  # bytes of a float32
 
@@ -35,10 +23,10 @@ def mix_strings(synth, b, out, n, fades):
     If it `fades`, synth.fades holds the levels. If effects are on, `out` gets their output; they
     come before the gain.
     """
-    events, string_events = events_of(b), string_events_of(b)
-    start, count = synth.frame - b.frame, performer_of(b).out.count
-    knobs = record_address(synth) + KNOBS_PLACE
-    effects = chain.may_be_heard(effects_of(b), knobs, n, np.int64(CHUNK))
+    events, string_events = records.events_of(b), records.string_events_of(b)
+    start, count = synth.frame - b.frame, records.performer_of(b).out.count
+    knobs = record_address(synth) + records.KNOBS_PLACE
+    effects = chain.may_be_heard(records.effects_of(b), knobs, n, np.int64(records.CHUNK))
     if effects:
         for j in range(n):
             synth.before[j] = out[j]
@@ -47,7 +35,7 @@ def mix_strings(synth, b, out, n, fades):
     wanting: Any = np.int64(0)  # ... and those that have not reached the end of the chunk
     used = 0
     for i in range(b.strings):
-        v, a = string_of(b, i).voice, ahead_of(b, i)
+        v, a = records.string_of(b, i).voice, records.ahead_of(b, i)
         a.events = used
         for k in range(count):
             if events[k].string == i:
@@ -66,7 +54,7 @@ def mix_strings(synth, b, out, n, fades):
         sounds, with_floor = (played >> i) & 1 != 0, hisses and i == 0
         if not sounds and not with_floor:
             continue
-        sound = sound_of(ahead_of(b, i))
+        sound = records.sound_of(records.ahead_of(b, i))
         apart = synth.apart[i] != 0
         own = samples_at(synth.apart[i] + SAMPLE * (synth.frame - synth.block_frame) if apart else np.int64(0), n)
         for j in range(n):
@@ -92,23 +80,22 @@ def mix_strings(synth, b, out, n, fades):
 def hear_floor(synth, b, n, played):
     """Fills synth.floor with n frames of `b`'s floor; returns whether it sounds. `played`: strings, a bit each."""
     loud, start = synth.floor[:n], synth.frame - b.frame
-    for j in range(n):
-        loud[j] = 0.0
+    loud[:] = 0.0
     for i in range(b.strings):
         if (played >> i) & 1:
-            sound = sound_of(ahead_of(b, i))
+            sound = records.sound_of(records.ahead_of(b, i))
             for j in range(n):
                 loud[j] = max(loud[j], abs(sound[(start + j) % SOUND_RING]))
     before = b.floor.left
-    floor.play_floor(b.floor, loud, events_of(b), performer_of(b).out.count)
+    floor.play_floor(b.floor, loud, records.events_of(b), records.performer_of(b).out.count)
     return before > 0 or b.floor.left > 0
 
 
 @jit
 def add_effects(synth, b, out, start, n, fades):
     """Replaces the mix of `b` by the effects' output, in the frames with an active effect."""
-    knobs = record_address(synth) + KNOBS_PLACE
-    chain.play_effects(effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(CHUNK), n)
+    knobs = record_address(synth) + records.KNOBS_PLACE
+    chain.play_effects(records.effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(records.CHUNK), n)
     for j in range(n):
         if synth.heard[j] == 0.0:
             continue
@@ -127,7 +114,7 @@ def begin_fade(synth, seconds):
 @jit
 def end_old_bass(synth):
     """Begins to fade out the bass that rings out, if any."""
-    if synth.old_bass != 0 and synth.fade_left == RINGING:
+    if synth.old_bass != 0 and synth.fade_left == records.RINGING:
         begin_fade(synth, FADE)
 
 
@@ -142,10 +129,10 @@ def fill_fade(synth, n, comes):
 @jit
 def is_silent(b, end):
     """True if no string, effect or floor of `b` sounds or answers, and no string is ahead of synth frame `end`."""
-    if chain.rings(effects_of(b)) or b.floor.left > 0:
+    if chain.rings(records.effects_of(b)) or b.floor.left > 0:
         return False
     for i in range(b.strings):
-        string = string_of(b, i)
+        string = records.string_of(b, i)
         moves = string.slots[0].on or string.slots[1].on or string.voice.answering
         moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some signal
         if moves or string.voice.frame > end - b.frame:

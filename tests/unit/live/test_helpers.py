@@ -81,7 +81,7 @@ def test_helpers_come_and_go() -> None:
 
 
 def test_on_a_system_that_lacks_a_rest_there_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("livebass.live.synth._function", lambda name: 0)
+    monkeypatch.setattr("livebass.live.synth.c_function", lambda name: 0)
     synth, device = synth_and_device("slap", QUICK)
     assert synth.start_helpers(2) is None and helping() == 0
     more(synth, device)
