@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from support.places import TESTS
 
 Run = Callable[..., tuple[int, str, str]]  # arguments -> status, stdout, stderr
 
@@ -27,6 +32,25 @@ CHORD = b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
 def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
     line = [sys.executable, "-m", "livebass", *map(str, arguments)]
     return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
+
+
+def run_python(*arguments: object, env: Mapping[str, object] = {}, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Runs Python with `arguments`, and `env` added to its environment; it need not succeed."""
+    line = [sys.executable, *map(str, arguments)]
+    around = os.environ | {name: str(value) for name, value in env.items()}
+    return subprocess.run(line, env=around, **{"capture_output": True, "text": True, "timeout": 300} | options)
+
+
+def python_output(*arguments: object, **options: Any) -> str:
+    """What Python prints, which must succeed, run by `run_python`."""
+    done = run_python(*arguments, **options)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def module_paths(*first: Path) -> dict[str, str]:
+    """The environment in which another Python finds the modules that this one finds, those in `first` before others."""
+    return {"PYTHONPATH": os.pathsep.join([*map(str, first), str(TESTS), *filter(None, sys.path)])}
 
 
 @contextmanager

@@ -1,8 +1,16 @@
-"""MIDI messages, as (status, first, second)."""
+"""MIDI messages, as (status, first, second), and those of a score with their frames."""
 
 from __future__ import annotations
 
+from livebass.score.score import Score
+
 Message = tuple[int, int, int]
+Timed = tuple[int, int, int, int]  # frame, status, first, second
+
+
+def messages_of(score: Score) -> list[Timed]:
+    """A score's messages in the form of `Module.send` and the page's audio thread."""
+    return [(int(frame), *map(int, message)) for frame, message in zip(score.frames, score.messages, strict=True)]
 
 
 def on(key: int, velocity: int = 90) -> Message:

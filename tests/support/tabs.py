@@ -8,8 +8,10 @@ import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
+from livebass import Score, read_tab
 from livebass.tab import model
 from livebass.tab.model import NATURAL, Bar, Beat, Note, Tab, Tempo, Track
 
@@ -33,6 +35,12 @@ def hard_tab() -> Tab:
     bent = note(0, 5, bend=((Fraction(0), 0.0), (Fraction(1), 2.0)), palm=True)
     slide, natural = note(2, 5, slides=frozenset([model.LEGATO])), note(3, 12, harmonic=model.NATURAL, node=12.0)
     return tab(first, beats(slide, [note(2, 7), note(1, 3, dead=True)], natural, bent), bpm=240.0)
+
+
+def hard_score(folder: Path) -> Score:
+    """`hard_tab`, read at 48 kHz from a file in `folder`."""
+    (song := folder / "song.gp").write_bytes(as_gp(hard_tab()))
+    return read_tab(song, 48000)[1]
 
 
 def tab(*bars: list[Beat], tuning: tuple[int, ...] = BASS, bpm: float = 120.0, **track: Any) -> Tab:

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import messages_of
 from support.own_basses import load_preset
 from support.places import TESTS
 from support.plugins import midi_score
-from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
+from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, sound_hash
 
 import livebass
 from livebass import QUALITIES, render_to_array, score_of
