@@ -14,6 +14,7 @@ from typing import Any
 from livebass import Score, read_tab
 from livebass.tab import model
 from livebass.tab.model import NATURAL, Bar, Beat, Note, Tab, Tempo, Track
+from livebass.tab.perform import Performance, perform
 
 BASS = (28, 33, 38, 43)
 BEAT = Fraction(1)
@@ -49,6 +50,11 @@ def tab(*bars: list[Beat], tuning: tuple[int, ...] = BASS, bpm: float = 120.0, *
     whole[0].tempos.append(Tempo(Fraction(0), bpm))
     made = Track("Bass", tuning, 0, 33, False, [[each] if each else [] for each in bars])
     return Tab(whole, [replace(made, **track)])
+
+
+def play(piece: Tab) -> Performance:
+    """The performance of the first track."""
+    return perform(piece, piece.tracks[0])
 
 
 # ---- Guitar Pro 5, by PyGuitarPro

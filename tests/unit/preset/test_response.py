@@ -11,6 +11,7 @@ import pytest
 import soundfile
 from scipy.signal import butter, fftconvolve, sosfilt
 from support.command import Run, assert_one_clear_line
+from support.levels import rms
 
 from livebass import load_preset, quality_with, render_to_array, score_of
 from livebass.model.instrument import Response
@@ -34,10 +35,6 @@ BAD = {
     "both-silent": (np.zeros((90, 2)), RATE, "is silent"),
     "empty": (GOOD[:0], RATE, "is silent"),
 }
-
-
-def rms(sound: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(sound**2)))
 
 
 def play(response: Response) -> np.ndarray:
