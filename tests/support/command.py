@@ -54,10 +54,10 @@ def module_paths(*first: Path) -> dict[str, str]:
 
 
 @contextmanager
-def small_files() -> Iterator[None]:
-    """No file of this process may exceed 20 kB, as on a full disk."""
+def small_files(size: int = 20_000) -> Iterator[None]:
+    """No file of this process may exceed `size` bytes, as on a full disk."""
     default = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, default[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, default[1]))
     try:
         yield
     finally:
