@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.costs import slow
 from support.live import Load, bass_of, offline, played_ahead, synth_and_device
 from support.modal import third_octaves
 from support.quiet import without_noise
@@ -113,7 +114,7 @@ def exact(row: list[Speaking], first: int, last: int, seconds: float) -> Floats:
 
 @pytest.mark.parametrize(
     ("name", "first", "last"),
-    [("G", 2, 7), ("G", 7, 2), ("G", 4, 3), pytest.param("E", 0, 12, marks=pytest.mark.slow), ("E", 12, 3)],
+    [("G", 2, 7), ("G", 7, 2), ("G", 4, 3), slow("E", 0, 12), ("E", 12, 3)],
 )
 def test_a_glide_is_that_of_a_string_whose_end_moves(name: str, first: int, last: int) -> None:
     """Third octaves of the velocity during the glide and after, bands within 40 dB; required are 2.5 dB."""
@@ -177,7 +178,7 @@ def test_running_ahead_changes_no_glide() -> None:
     assert np.array_equal(played_ahead("fretless", notes, RATE, sizes), offline("fretless", notes, RATE))
 
 
-@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow), pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [5, slow(6), slow(7)])
 def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
     """Finite, within full scale without a limiter, no motion scaled back, silent after panic."""
     synth, device = synth_and_device("fretless", adaptive=False)
