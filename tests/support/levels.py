@@ -16,5 +16,5 @@ def db(ratio: float) -> float:
     return float(20 * np.log10(max(ratio, 1e-30)))
 
 
-def sine(hertz: float, seconds: float, rate: int, amplitude: float = 1.0) -> Floats:
+def sine(hertz: float, seconds: float, rate: int = 48_000, amplitude: float = 1.0) -> Floats:
     return amplitude * np.sin(2 * np.pi * hertz * np.arange(round(seconds * rate)) / rate)

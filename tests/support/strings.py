@@ -10,6 +10,7 @@ import numpy as np
 
 from livebass.model import modes
 from livebass.model.instrument import (
+    Effects,
     Instrument,
     Neck,
     Output,
@@ -150,6 +151,11 @@ def turn_axes(bass: Instrument, degrees: float = 40.0) -> Instrument:
 def even(bass: str | Instrument = "jazz-finger", **player: Any) -> Instrument:
     """A preset, or a bass, whose player plays every note alike and without noise; `player` sets further numbers."""
     return without_noise(bass, **{"unevenness": 0.0, **player})
+
+
+def behind(bass: Instrument, **effects: Any) -> Instrument:
+    """`bass` with these effects after it."""
+    return dataclasses.replace(bass, effects=Effects(**effects))
 
 
 def far_from_frets(bass: Instrument, **neck: float) -> Instrument:
