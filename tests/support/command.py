@@ -72,6 +72,14 @@ def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 
     assert "Traceback" not in err and "internal error" not in err, err
 
 
+def cli_error(run: Run, *arguments: object, allowed: tuple[int, ...] = (1, 2)) -> str:
+    """What a command says that must fail, with one clear line; it prints nothing else."""
+    status, out, err = run(*arguments)
+    assert_one_clear_line(status, err, allowed)
+    assert not out
+    return err
+
+
 def cli_text(run: Run, *arguments: object) -> str:
     """The output of a command that must succeed."""
     status, out, err = run(*arguments)

@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, cli_error
 from support.needs import CLOSED
 from support.pages import page_of
 from support.presets import load_text
@@ -73,13 +73,11 @@ def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
     for text in ("", "<!doctype html><title>livebass</title><p>My notes on it.", "livebass " * 20_000):
         mine.write_text(text)
         for single in ([], ["--single"]):
-            status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, *single)
-            assert_one_clear_line(status, err, (1,))
+            err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, *single, allowed=(1,))
             assert "holds other files, such as livebass.html" in err and mine.read_text() == text
     mine.unlink()
     mine.mkdir()
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, "--single")
-    assert_one_clear_line(status, err, (1,))
+    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, "--single", allowed=(1,))
     assert mine.is_dir()
 
 
@@ -135,9 +133,7 @@ def test_bad_input(
     (tmp_path / "file").touch()
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "mine.txt").touch()
-    status, _, err = run("export", "web", *arguments)
-    assert_one_clear_line(status, err, allowed)
-    assert says in err
+    assert says in cli_error(run, "export", "web", *arguments, allowed=allowed)
     assert names(tmp_path) == ["file", "other/mine.txt"]
 
 
@@ -147,8 +143,7 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
     export_page({"slap": load_preset("slap")}, basses.parent)
     (basses / "mine.wav").touch()
     for mine in (basses / "mine.wav", basses):
-        status, _, err = run("export", "web", "-p", "slap", "-o", basses.parent)
-        assert_one_clear_line(status, err, (1,))
+        err = cli_error(run, "export", "web", "-p", "slap", "-o", basses.parent, allowed=(1,))
         assert "holds other files" in err and mine.is_file()
         if mine != basses:
             shutil.rmtree(basses)
@@ -156,9 +151,7 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
 
 
 def test_a_folder_that_cannot_be_written(run: Run) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", CLOSED / "page")
-    assert_one_clear_line(status, err, (1,))
-    assert "cannot be written" in err
+    assert "cannot be written" in cli_error(run, "export", "web", "-p", "slap", "-o", CLOSED / "page", allowed=(1,))
 
 
 def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,8 +159,7 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("livebass.files.whole.os.fsync", full)
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
-    assert_one_clear_line(status, err, (1,))
+    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", allowed=(1,))
     assert names(tmp_path) == []
 
 
@@ -196,8 +188,7 @@ ADDRESS = "https://example.org/bass/"
 
 @pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
 def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address)
-    assert_one_clear_line(status, err, (2,))
+    err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address, allowed=(2,))
     assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
 
 
