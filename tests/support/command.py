@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from support.places import TESTS
 
 Run = Callable[..., tuple[int, str, str]]  # arguments -> status, stdout, stderr
 
@@ -29,11 +34,30 @@ def command(*arguments: object, **options: object) -> subprocess.CompletedProces
     return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
 
 
+def run_python(*arguments: object, env: Mapping[str, object] = {}, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Runs Python with `arguments`, and `env` added to its environment; it need not succeed."""
+    line = [sys.executable, *map(str, arguments)]
+    around = os.environ | {name: str(value) for name, value in env.items()}
+    return subprocess.run(line, env=around, **{"capture_output": True, "text": True, "timeout": 300} | options)
+
+
+def python_output(*arguments: object, **options: Any) -> str:
+    """What Python prints, which must succeed, run by `run_python`."""
+    done = run_python(*arguments, **options)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def module_paths(*first: Path) -> dict[str, str]:
+    """The environment in which another Python finds the modules that this one finds, those in `first` before others."""
+    return {"PYTHONPATH": os.pathsep.join([*map(str, first), str(TESTS), *filter(None, sys.path)])}
+
+
 @contextmanager
-def small_files() -> Iterator[None]:
-    """No file of this process may exceed 20 kB, as on a full disk."""
+def small_files(size: int = 20_000) -> Iterator[None]:
+    """No file of this process may exceed `size` bytes, as on a full disk."""
     default = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, default[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, default[1]))
     try:
         yield
     finally:
@@ -46,6 +70,14 @@ def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 
     assert status in allowed, err
     assert len(lines) == 1 and lines[0].startswith("livebass: error: "), err
     assert "Traceback" not in err and "internal error" not in err, err
+
+
+def cli_error(run: Run, *arguments: object, allowed: tuple[int, ...] = (1, 2)) -> str:
+    """What a command says that must fail, with one clear line; it prints nothing else."""
+    status, out, err = run(*arguments)
+    assert_one_clear_line(status, err, allowed)
+    assert not out
+    return err
 
 
 def cli_text(run: Run, *arguments: object) -> str:

@@ -20,6 +20,11 @@ def of_each_kind(names: Iterable[str], dear: str = "") -> list[Any]:
     return quick(names, KINDS & set(names) - {dear})
 
 
+def slow(*case: Any) -> Any:
+    """A case for `parametrize` that runs only with the slow tests."""
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 def quick(cases: Iterable[Any], always: Collection[Any]) -> list[Any]:
     """Returns `cases` for `parametrize`: those in `always` always run, the others are slow.
 

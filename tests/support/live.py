@@ -15,6 +15,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import mix_strings
 from livebass.kernels.player.words import Row, word_of
 from livebass.live.fake import FakeDevice
+from livebass.live.presets import PresetSwitch
 from livebass.live.session import Session
 from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
@@ -37,6 +38,36 @@ def synth_and_device(
     bass = load_preset(preset) if isinstance(preset, str) else preset
     synth.switch_to(LiveBass(bass, quality, RATE))
     return synth, FakeDevice(synth)
+
+
+def bass_of(synth: Synth) -> LiveBass:
+    """The bass that plays."""
+    assert synth.bass is not None
+    return synth.bass
+
+
+def performer_of(synth: Synth) -> np.void:
+    """The performer's numbers of the bass that plays."""
+    return bass_of(synth).engine.performer[0]
+
+
+def play(device: FakeDevice, frames: int, size: int = 64) -> Floats:
+    """Plays `frames` frames, in blocks of `size` and a rest."""
+    sizes = [size] * (frames // size) + [frames % size] * (frames % size > 0)
+    return np.concatenate([device.block(n) for n in sizes])
+
+
+def next_line(changes: PresetSwitch, device: FakeDevice) -> str:
+    """Plays until `changes` has a line to show, and returns it."""
+    said: list[str] = []
+
+    def turn() -> bool:
+        device.block(64)
+        said.extend(line for line in [changes.turn()] if line)
+        return bool(said)
+
+    wait_for(turn)
+    return said[0]
 
 
 def feed(synth: Synth, score: Score, first: int = 0) -> int:
@@ -77,15 +108,15 @@ def stopped_clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # t
 
 
 class Load:
-    """A clock by which each block takes no time or, if `heavy`, 90 % of 64 frames' time: overload at will."""
+    """A clock by which each block takes `share` of 64 frames' time, none at first: overload at will."""
 
     def __init__(self, synth: Synth) -> None:
-        self.heavy, self._now = False, 0
+        self.share, self._now = 0.0, 0
         self._clock = CLOCK(self._tell)
         synth.record["clock"] = address_of(self._clock)
 
     def _tell(self, _kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        self._now += int(0.9 * 64 / RATE * 1e9) if self.heavy else 0
+        self._now += round(self.share * 64 / RATE * 1e9)
         spec[0], spec[1] = self._now // 10**9, self._now % 10**9 + 1  # type: ignore[index]
         return 0
 

@@ -7,8 +7,17 @@ import numpy as np
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import pluck_event, trial_voice
 from livebass.model import modes
+from livebass.model.instrument import Speaking
 from livebass.model.trial import Trial
 from livebass.rows.arrays import Floats
+
+
+def free_modes(s: Speaking, q: Floats, time_s: Floats, across: bool = False) -> Floats:
+    """The modal amplitudes (times, modes) of u, or of v, of a string released at rest with `q`, free of contact."""
+    nu, sigma = modes.frequencies(s, q.size, across=across), modes.dampings(s, q.size, across=across)
+    omega = np.sqrt((2 * np.pi * nu) ** 2 - sigma**2)
+    turn = np.outer(time_s, omega)
+    return np.asarray(np.exp(-np.outer(time_s, sigma)) * (np.cos(turn) + sigma / omega * np.sin(turn)) * q)
 
 
 def mode_speeds(string: Voice, count: int) -> Floats:

@@ -18,8 +18,9 @@ from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.export import page_files
 from livebass.web.modules import NONE, join_modules
+from support.messages import messages_of
 from support.needs import tool
-from support.wasm import QUANTUM, messages_of
+from support.wasm import QUANTUM
 
 # Carries out scripts, one a line, and answers each in a line
 SERVE = """

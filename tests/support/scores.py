@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import cycle
+from operator import itemgetter
+
 import numpy as np
 
 from livebass import Quality, Score, load_preset
+from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
 from livebass.model.keymap import MODO
 from livebass.rows.arrays import Floats
+from support.messages import messages_of, send
 
 SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)
@@ -38,15 +45,24 @@ def busy_score(rate: int = RATE) -> Score:
     return Score(np.array(frames), np.array(messages, np.uint8), frames[-1], notes, "busy", rate)
 
 
-def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
-    """`score` played in blocks of `sizes`, over and over; each block's messages are sent before it."""
-    engine = Engine(load_preset(preset), QUICK, score.rate)
-    blocks, sent, i = [], 0, 0
-    while engine.frame < score.end_frame:
-        count = min(sizes[i % len(sizes)], score.end_frame - engine.frame)
-        until = int(np.searchsorted(score.frames, engine.frame + count))
+def play_in_blocks(
+    engine: Engine | Basses, messages: Sequence[Sequence[int]], frames: int, sizes: Sequence[int]
+) -> Floats:
+    """Messages (frame, status, first, second) played until `frames`, (strings, frames), in blocks of `sizes` in turn.
+
+    Each block's messages are sent before it.
+    """
+    blocks, sent, turns = [], 0, cycle(sizes)
+    while engine.frame < frames:
+        count = min(next(turns), frames - engine.frame)
+        until = bisect_left(messages, engine.frame + count, key=itemgetter(0))
         if until > sent:
-            engine.send(score.frames[sent:until], score.messages[sent:until])
+            send(engine, messages[sent:until])
         blocks.append(engine.process(count))
-        sent, i = until, i + 1
+        sent = until
     return np.concatenate(blocks, axis=1)
+
+
+def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
+    """`score` played by `play_in_blocks`."""
+    return play_in_blocks(Engine(load_preset(preset), QUICK, score.rate), messages_of(score), score.end_frame, sizes)

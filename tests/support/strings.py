@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 
 from livebass.model import modes
 from livebass.model.instrument import (
+    Effects,
     Instrument,
     Neck,
     Output,
@@ -146,9 +148,22 @@ def turn_axes(bass: Instrument, degrees: float = 40.0) -> Instrument:
     return dataclasses.replace(bass, necks=necks)
 
 
-def even(bass: Instrument) -> Instrument:
-    """`bass` with a player who plays every note alike and without noise."""
-    return without_noise(bass, unevenness=0.0)
+def even(bass: str | Instrument = "jazz-finger", **player: Any) -> Instrument:
+    """A preset, or a bass, whose player plays every note alike and without noise; `player` sets further numbers."""
+    return without_noise(bass, **{"unevenness": 0.0, **player})
+
+
+def behind(bass: Instrument, **effects: Any) -> Instrument:
+    """`bass` with these effects after it."""
+    return dataclasses.replace(bass, effects=Effects(**effects))
+
+
+def far_from_frets(bass: Instrument, **neck: float) -> Instrument:
+    """`bass` with frets out of reach; `neck` sets numbers of its necks."""
+    necks = tuple(
+        dataclasses.replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights), **neck) for n in bass.necks
+    )
+    return dataclasses.replace(bass, necks=necks)
 
 
 def one_string(bass: Instrument, i: int) -> Instrument:

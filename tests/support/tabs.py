@@ -8,10 +8,13 @@ import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
+from livebass import Score, read_tab
 from livebass.tab import model
 from livebass.tab.model import NATURAL, Bar, Beat, Note, Tab, Tempo, Track
+from livebass.tab.perform import Performance, perform
 
 BASS = (28, 33, 38, 43)
 BEAT = Fraction(1)
@@ -35,12 +38,23 @@ def hard_tab() -> Tab:
     return tab(first, beats(slide, [note(2, 7), note(1, 3, dead=True)], natural, bent), bpm=240.0)
 
 
+def hard_score(folder: Path) -> Score:
+    """`hard_tab`, read at 48 kHz from a file in `folder`."""
+    (song := folder / "song.gp").write_bytes(as_gp(hard_tab()))
+    return read_tab(song, 48000)[1]
+
+
 def tab(*bars: list[Beat], tuning: tuple[int, ...] = BASS, bpm: float = 120.0, **track: Any) -> Tab:
     """A piece with a bass in bars of 4/4."""
     whole = [Bar(Fraction(4)) for _ in bars]
     whole[0].tempos.append(Tempo(Fraction(0), bpm))
     made = Track("Bass", tuning, 0, 33, False, [[each] if each else [] for each in bars])
     return Tab(whole, [replace(made, **track)])
+
+
+def play(piece: Tab) -> Performance:
+    """The performance of the first track."""
+    return perform(piece, piece.tracks[0])
 
 
 # ---- Guitar Pro 5, by PyGuitarPro

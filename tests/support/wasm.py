@@ -19,7 +19,6 @@ from livebass.kernels.bass.setup import BUILDING
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
 from livebass.rows.arrays import Floats
-from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import CALLED
 from support.places import TESTS
@@ -149,11 +148,6 @@ class Bare(Module):
             return int(state)
         change = self.record(CHANGE, at)
         return bytes(self.bytes(int(change["made"]), 8 * int(change["words"])))
-
-
-def messages_of(score: Score) -> list[tuple[int, int, int, int]]:
-    """A score's messages in the form of `Module.send` and the page's audio thread."""
-    return [(int(frame), *map(int, message)) for frame, message in zip(score.frames, score.messages, strict=True)]
 
 
 def sound_hash(sound: Floats) -> str:

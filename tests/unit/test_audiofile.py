@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import io
 import os
-import resource
 import shlex
 import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
+from support.command import small_files
 from support.needs import CLOSED
 
 from livebass.files.whole import OutputError, Transaction
@@ -36,17 +34,6 @@ def save(path: Path, bits: str | None = None, sound: np.ndarray = SOUND, rate: i
             writer.write(sound[start : start + 5000])
         writer.close()
     return writer
-
-
-@contextmanager
-def largest_file(size: int) -> Iterator[None]:
-    """A full disk: no file may grow beyond `size` bytes."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 @pytest.mark.parametrize(("kind", "bits", "error"), KINDS)
@@ -144,7 +131,7 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_nothing(tmp_path: Path, kind: str, bits: str | None, _: float) -> None:
     path = tmp_path / f"a.{kind}"
     path.write_text("before")
-    with largest_file(8192), pytest.raises(OutputError, match="cannot be written: File too large"):
+    with small_files(8192), pytest.raises(OutputError, match="cannot be written: File too large"):
         save(path, bits, np.random.default_rng(1).normal(0, 0.1, 200_000))
     assert [p.name for p in tmp_path.iterdir()] == [path.name] and path.read_text() == "before"
 
@@ -244,7 +231,7 @@ def test_a_symbolic_link_stays(tmp_path: Path) -> None:
 
 
 def test_file_limit_signal_is_ignored_by_python() -> None:
-    """`largest_file` depends on it: a write beyond the limit is an error, not the end of the process."""
+    """`small_files` depends on it: a write beyond the limit is an error, not the end of the process."""
     assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN
 
 

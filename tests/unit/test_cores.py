@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from support.command import python_output
 
 from livebass.system.cores import ONE_THREAD
 
@@ -18,8 +19,7 @@ def test_a_process_kept_to_one_core_has_one() -> None:
     def keep() -> None:
         os.sched_setaffinity(0, list(os.sched_getaffinity(0))[:1])
 
-    done = subprocess.run([sys.executable, "-c", COUNT], preexec_fn=keep, capture_output=True, text=True, check=True)
-    assert done.stdout == "1\n"
+    assert python_output("-c", COUNT, preexec_fn=keep) == "1\n"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux lists a process's threads as files")

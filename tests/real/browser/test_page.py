@@ -31,9 +31,10 @@ from support.browser import (
     wait,
 )
 from support.costs import quick
+from support.messages import messages_of
 from support.smf import named, smf
 from support.song import midi_file, song_of
-from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
+from support.wasm import HARD, PINNED, QUANTUM, RATE, sound_hash
 
 from livebass import load_preset, score_of
 from livebass.rows.arrays import Floats

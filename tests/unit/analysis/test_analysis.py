@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.costs import quick
+from support.levels import sine
 from support.strings import paper_g, tiny
 
 from livebass.lab.analysis.motion import (
@@ -34,10 +35,6 @@ from livebass.sound.analysis import (
 from livebass.sound.meter import LoudnessMeter
 
 RATE = 48_000
-
-
-def sine(frequency: float, seconds: float, rate: int = RATE, amplitude: float = 1.0) -> np.ndarray:
-    return amplitude * np.sin(2 * np.pi * frequency * np.arange(round(seconds * rate)) / rate)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +86,7 @@ def test_the_pitch_of_a_tone(frequency: float) -> None:
 
 def test_loudness_of_tones_and_silence() -> None:
     """The calibration of BS.1770-4: 997 Hz at full scale in one channel is -3.01 LUFS; gates leave silence out."""
-    tone = np.sin(2 * np.pi * 997 * np.arange(5 * 48_000) / 48_000)
+    tone = sine(997, 5.0)
     assert loudness(tone, 48_000) == pytest.approx(-3.01, abs=0.06)
     assert loudness(tone / 10, 48_000) == pytest.approx(-23.01, abs=0.06)
     half = np.concatenate([tone, np.zeros(20 * 48_000)])

@@ -118,19 +118,6 @@ def test_json_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytes
     assert os.listdir(tmp_path) == ["bench.json"]
 
 
-@pytest.mark.parametrize("place", ["", "nowhere/bench.json"])
-def test_a_file_that_cannot_be_written_is_refused_before_the_work(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
-) -> None:
-    def work(_: object) -> None:
-        raise AssertionError("measured first")
-
-    monkeypatch.setattr(bench, "bench_render", work)
-    status, out, err = run("bench", "render", "--json", tmp_path / place)
-    assert_one_clear_line(status, err, (1,))
-    assert not out and not os.listdir(tmp_path)
-
-
 def test_a_full_disk_does_not_lose_the_figures(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError("bench.json: cannot be written: No space left on device")

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import soundfile
 from support.places import GROWLY, ROOT
+from support.ringing import NOTE_RATE as RATE
+from support.ringing import save_tones as save
+from support.ringing import tone
 
 from livebass.lab import comparison
 from livebass.lab.comparison import measure_notes, outside, render_notes, summary
@@ -16,25 +18,7 @@ from livebass.lab.comparison.notes import spread_velocities
 from livebass.lab.comparison.rows import ROWS, ranges
 from livebass.lab.comparison.summary import Bass, Figure, basses, figures
 from livebass.preset.source import PresetError
-from livebass.rows.arrays import Floats
 from livebass.rows.units import cents
-
-RATE = 44_100
-
-
-def tone(f0: float = 98.0, level_db: float = -12.0, seconds: float = 1.2, t60: float = 6.0) -> Floats:
-    """A note of twelve partials."""
-    t = np.arange(round(seconds * RATE)) / RATE
-    sound = sum(np.sin(2 * math.pi * j * f0 * t) / j for j in range(1, 13)) * 10 ** (-3 * t / t60)
-    return np.asarray(10 ** (level_db / 20) * sound / np.abs(sound).max())
-
-
-def save(folder: Path, **files: Floats) -> Path:
-    for name, sound in files.items():
-        path = folder / f"{name.replace('__', '/')}.wav"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        soundfile.write(path, sound, RATE, subtype="FLOAT")
-    return folder
 
 
 def test_names_tell_dynamic_technique_and_kind(tmp_path: Path) -> None:

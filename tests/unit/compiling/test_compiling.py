@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numba
 import pytest
-from support.command import assert_one_clear_line, command
+from support.command import assert_one_clear_line, command, python_output, run_python
+from support.costs import slow
 
 import livebass
 from livebass.compiling import ENTRIES, Entry, emitter, library, lowering, store
@@ -360,11 +361,7 @@ print([round(part, 3) for part in told])
 def test_the_part_that_is_compiled_is_counted_in_functions(tmp_path: Path) -> None:
     """Callees come before callers; an uncalled function is never compiled."""
     (tmp_path / "parts.py").write_text(PARTS)
-    done = subprocess.run(
-        [sys.executable, tmp_path / "parts.py"], capture_output=True, text=True,
-        env=os.environ | {"LIVEBASS_FROM_SOURCE": "1"},
-    )  # fmt: skip
-    assert done.stdout == "[0.333, 0.667, 1.0]\n", done.stderr
+    assert python_output(tmp_path / "parts.py", env={"LIVEBASS_FROM_SOURCE": "1"}) == "[0.333, 0.667, 1.0]\n"
 
 
 @pytest.mark.parametrize("terminal", [False, True])
@@ -416,10 +413,7 @@ DIGEST = "from livebass.compiling import store; print(store.digest())"
 
 
 def digest_of(package: Path) -> str:
-    env = os.environ | {"PYTHONPATH": str(package.parent)}
-    return subprocess.run(
-        [sys.executable, "-P", "-c", DIGEST], capture_output=True, text=True, check=True, env=env
-    ).stdout
+    return python_output("-P", "-c", DIGEST, env={"PYTHONPATH": package.parent})
 
 
 def test_the_name_goes_by_contents(tmp_path: Path) -> None:
@@ -496,12 +490,7 @@ print(json.dumps(lowering.compile_entries([globals()[name] for name in sys.argv[
 def lower(folder: Path, *names: str) -> dict[str, dict[str, str]]:
     """The output of a process that compiles entries of SHARED, in this order."""
     (folder / "shared.py").write_text(SHARED)
-    done = subprocess.run(
-        [sys.executable, folder / "shared.py", *names], capture_output=True, text=True,
-        env=os.environ | lowering.SETTINGS,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(python_output(folder / "shared.py", *names, env=lowering.SETTINGS))
 
 
 def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
@@ -535,9 +524,7 @@ print(text)
 
 def test_flags_of_operations_have_one_order() -> None:
     """numba takes them from a set; the order of a set of constants depends on the process that wrote the bytecode."""
-    done = subprocess.run([sys.executable, "-c", FLAGS], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "fadd arcp nsz reassoc double" in done.stdout
+    assert "fadd arcp nsz reassoc double" in python_output("-c", FLAGS)
 
 
 def test_naming_records_once_changes_no_text() -> None:
@@ -546,14 +533,7 @@ def test_naming_records_once_changes_no_text() -> None:
         "if sys.argv[1:]: lowering.name_records_once = lambda: None\n"
         "import json; print(json.dumps(lowering.compile_entries([fit_coil])))"
     )
-    made = [
-        subprocess.run(
-            [sys.executable, "-c", code, *plain], capture_output=True, text=True, check=True,
-            env=os.environ | lowering.SETTINGS,
-        ).stdout
-        for plain in ([], ["plain"])
-    ]  # fmt: skip
-    assert made[0] == made[1]
+    assert len({python_output("-c", code, *plain, env=lowering.SETTINGS) for plain in ([], ["plain"])}) == 1
 
 
 def test_the_program_names_no_place() -> None:
@@ -629,11 +609,7 @@ def test_an_sdist_holds_the_program_and_compiles_without_numba(monkeypatch: pyte
     assert kept
     store.write(kept, gzip.compress(ROOT, mtime=0))
     root = store.PACKAGE.parent
-    done = subprocess.run(
-        [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path], capture_output=True, text=True,
-        cwd=root,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    python_output("-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path, cwd=root)
     (packed,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(packed) as archive:
         safely = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # from Python 3.11.4 on
@@ -648,11 +624,8 @@ def test_an_sdist_holds_the_program_and_compiles_without_numba(monkeypatch: pyte
     blocked.mkdir()
     (blocked / "numba.py").write_text("raise ImportError('numba')")
     shutil.rmtree(tmp_path / "cache")
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", FROM_PROGRAM], capture_output=True, text=True, cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(blocked), str(unpacked)])},
-    )  # fmt: skip
-    assert done.stdout == "True a quarter of a minute\n", done.stderr
+    places = {"PYTHONPATH": os.pathsep.join([str(blocked), str(unpacked)])}
+    assert python_output("-P", "-c", FROM_PROGRAM, cwd=tmp_path, env=places) == "True a quarter of a minute\n"
 
 
 def test_a_playing_process_has_no_numba(machine_code: bytes, tmp_path: Path) -> None:
@@ -664,8 +637,7 @@ def test_a_playing_process_has_no_numba(machine_code: bytes, tmp_path: Path) -> 
         "livebass.render_to_array(bass, score, livebass.QUALITIES['live'], tail=0.0)\n"
         "assert 'numba' not in sys.modules and 'scipy' not in sys.modules\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    python_output("-c", code)
 
 
 PREPARED = "import os, platform, sys; {}; from livebass.__main__ import main; main()"
@@ -682,10 +654,7 @@ NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "liv
     ],
 )
 def test_what_has_no_kernels_is_said_in_a_line(tmp_path: Path, change: str, named: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", PREPARED.format(change), *NOTE, tmp_path / "a.wav"],
-        capture_output=True, text=True, env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-    )  # fmt: skip
+    done = run_python("-c", PREPARED.format(change), *NOTE, tmp_path / "a.wav", env={"NUMBA_CACHE_DIR": tmp_path})
     assert_one_clear_line(done.returncode, done.stderr, (1,))
     assert named in done.stderr and not (tmp_path / "a.wav").exists()
 
@@ -697,10 +666,8 @@ def test_a_compiler_that_does_not_load_says_why(tmp_path: Path) -> None:
     here.mkdir()
     (here / "random.py").write_text("raise ImportError('the working directory')")
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "livebass", *NOTE, tmp_path / "a.wav"], capture_output=True, text=True, cwd=here,
-        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": path},
-    )  # fmt: skip
+    environment = {"NUMBA_CACHE_DIR": tmp_path, "PYTHONPATH": path}
+    done = run_python("-P", "-m", "livebass", *NOTE, tmp_path / "a.wav", cwd=here, env=environment)
     assert_one_clear_line(done.returncode, done.stderr, (1,))
     assert "ImportError: numba needs an older numpy" in done.stderr
 
@@ -729,11 +696,8 @@ def run(folder: Path, *, limit: int | None = None, **environment: object) -> tup
     """Returns the output of numba functions and their line on stderr; no file may grow beyond `limit` bytes."""
     (folder / "small.py").write_text(BY_NUMBA)
     places = {"NUMBA_CACHE_DIR": folder / "cache", "TMPDIR": folder, **environment}
-    done = subprocess.run(
-        [sys.executable, "-B", folder / "small.py"], capture_output=True, text=True, timeout=120,
-        env=os.environ | {name: str(value) for name, value in places.items()},
-        preexec_fn=(lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None,
-    )  # fmt: skip
+    bounds = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None
+    done = run_python("-B", folder / "small.py", env=places, preexec_fn=bounds)
     assert done.returncode == 0, done.stderr
     value, _, state = done.stdout.strip().partition(" ")
     assert value == "42.0"
@@ -765,7 +729,7 @@ def test_what_numba_kept_may_be_damaged(by_numba: Path, ending: str, damage: Cal
     assert run(by_numba) == ("loaded", "")
 
 
-@pytest.mark.parametrize("limit", [pytest.param(100, marks=pytest.mark.slow), 5000])
+@pytest.mark.parametrize("limit", [slow(100), 5000])
 def test_numba_does_without_a_full_disk(tmp_path: Path, limit: int) -> None:
     """The smaller limit stops every file, the greater one lets the indices through."""
     assert run(tmp_path, limit=limit) == ("compiled", "")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 import sys
 
 import pytest
+from support.command import python_output
 
 from livebass.compiling import emitter, library, linking, store
 
@@ -82,5 +82,4 @@ def test_loading_kept_kernels_needs_no_llvm() -> None:
         pytest.skip("no directory keeps kernels here")
     code = "import sys; from livebass.compiling.library import library; library()('process');"
     code += "print(sorted({'numba', 'llvmlite'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+    assert python_output("-c", code) == "[]\n"

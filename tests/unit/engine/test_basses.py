@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.messages import Timed, send
 from support.quiet import without_noise
+from support.scores import play_in_blocks
 
 from livebass import Quality
 from livebass.engine.basses import Basses
@@ -15,20 +17,13 @@ from livebass.rows.arrays import Floats
 RATE = 48000
 LIGHT = Quality("light", 60, 192e3)
 JAZZ, SLAP, FRETLESS = (without_noise(name) for name in ("jazz-finger", "slap", "fretless"))
-Message = tuple[int, int, int, int]  # frame, status, first, second
-LOW: list[Message] = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100)]  # the E string rings on
+LOW: list[Timed] = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100)]  # the E string rings on
 
 
-def play(messages: list[Message], frames: int, size: int) -> tuple[Floats, Basses]:
+def play(messages: list[Timed], frames: int, size: int) -> tuple[Floats, Basses]:
     """(strings, frames), in blocks of `size`."""
     basses = Basses(Engine(JAZZ, LIGHT, RATE), {33: JAZZ, 36: SLAP, 35: FRETLESS})
-    blocks, sent = [], 0
-    for begin in range(0, frames, size):
-        until = sum(frame < begin + size for frame, *_ in messages)
-        now, sent = messages[sent:until], until
-        basses.send(np.array([m[0] for m in now], np.int64), np.array([m[1:] for m in now], np.uint8).reshape(-1, 3))
-        blocks.append(basses.process(min(size, frames - begin)))
-    return np.concatenate(blocks, axis=1), basses
+    return play_in_blocks(basses, messages, frames, [size]), basses
 
 
 def test_the_bass_before_rings_out_and_the_one_before_that_is_faded_out() -> None:
@@ -59,12 +54,11 @@ def test_a_bass_with_more_strings_comes_after_one_with_fewer() -> None:
     """Its B string is the first of five; the old E string rings on until the new bass plays an E."""
     five = without_noise("five-string")
     basses = Basses(Engine(JAZZ, LIGHT, RATE), {36: five})
-    messages = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 23, 100)]
-    basses.send(np.array([m[0] for m in messages], np.int64), np.array([m[1:] for m in messages], np.uint8))
+    send(basses, [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 23, 100)])
     sound = basses.process(24_000)
     alone, _ = play(LOW, 24_000, 24_000)
     new = Engine(five, LIGHT, RATE)
-    new.send(np.array([0, 1000], np.int64), np.array([(0xB0, 64, 127), (0x90, 23, 100)], np.uint8))
+    send(new, [(0, 0xB0, 64, 127), (1000, 0x90, 23, 100)])
     assert sound.shape == (5, 24_000) and np.abs(alone[0, 9000:]).max() > 0.01
     assert np.array_equal(sound[1:4, :8000], alone[1:, :8000])
     assert np.allclose(sound[0, 8000:], alone[0, 8000:] + new.process(16_000)[0], rtol=0, atol=1e-12)

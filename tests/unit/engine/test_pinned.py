@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command import module_paths, python_output
 from support.costs import quick
 from support.own_basses import load_preset
 
@@ -153,10 +151,8 @@ def test_so_is_that_of_all_that_hands_can_do(preset: str) -> None:
 @pytest.mark.skipif(store.level() not in X86, reason="another kind of processor")
 @pytest.mark.parametrize("level", X86[: X86.index(store.level())] if store.level() in X86 else [])
 def test_so_is_that_of_lower_levels(level: str) -> None:
-    env = os.environ | {"LIVEBASS_LEVEL": level, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, __file__], capture_output=True, text=True, env=env)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == PINNED[level]
+    printed = python_output(__file__, env={"LIVEBASS_LEVEL": level} | module_paths(), timeout=None)
+    assert json.loads(printed) == PINNED[level]
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ import csv
 import importlib
 import math
 import os
-import resource
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 import soundfile
 from support import strings
+from support.command import small_files
 from support.own_basses import load_preset
 
 from livebass.files.whole import OutputError
@@ -232,14 +232,10 @@ def test_a_directory_in_the_place_of_a_file_leaves_nothing(tmp_path: Path) -> No
 
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     for size, file in ((4096, "displacement.wav"), (9000, "result.npz")):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-        try:
-            with pytest.raises(OutputError, match=f"^{tmp_path}/a/b/{file}: cannot be written: File too large$"):
-                run(tmp_path / "a" / "b")
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        error = f"^{tmp_path}/a/b/{file}: cannot be written: File too large$"
+        with small_files(size), pytest.raises(OutputError, match=error):
+            run(tmp_path / "a" / "b")
         assert not list(tmp_path.iterdir())
 
 

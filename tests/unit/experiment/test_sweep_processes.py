@@ -11,7 +11,20 @@ import psutil
 import pytest
 from support.command import assert_one_clear_line
 from support.needs import processes
-from support.sweeps import COUNT, PATIENCE, THREADS, finish, has_ended, keep, paused, same, sweeping, swept, until
+from support.sweeps import (
+    COUNT,
+    PATIENCE,
+    THREADS,
+    Deadly,
+    finish,
+    has_ended,
+    keep,
+    paused,
+    same,
+    sweeping,
+    swept,
+    until,
+)
 
 from livebass.lab.experiment.grid import Settings, axis, grid
 from livebass.lab.experiment.workers import compute_points
@@ -67,13 +80,6 @@ def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> N
     assert_one_clear_line(process.returncode, "".join(error), (130,))
     assert f"1 of {COUNT} points are kept" in err and len(keep(directory)) == 1
     assert not (directory / "sweep.csv").exists()
-
-
-class Deadly:
-    """Ends any process that unpickles it."""
-
-    def __reduce__(self) -> object:
-        return os._exit, (3,)
 
 
 def test_a_point_that_kills_its_process_is_named_and_the_others_are_done(monkeypatch: pytest.MonkeyPatch) -> None:

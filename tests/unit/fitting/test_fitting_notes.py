@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
-import soundfile
+from support import ringing
+from support.ringing import NOTE_RATE as RATE
+from support.ringing import save_tones as save
 
 from livebass.lab.fitting.guide import steps
 from livebass.lab.fitting.notes import Place, read_notes, string_of
 from livebass.lab.fitting.plan import FITTED, plan
 from livebass.lab.identification.partials import RecordingError
+from livebass.model.instrument import note_frequency
 from livebass.preset.load import load_preset
 from livebass.rows.arrays import Floats
 from livebass.rows.units import note_name
 
-RATE = 44_100
 BASS = load_preset("jazz-finger")
 LEVELS = {"pp": -30.0, "mf": -18.0, "ff": -8.0}
 
 
-def tone(key: int, level_db: float = -12.0, seconds: float = 1.5, lead: float = 0.05) -> Floats:
-    """A note of eight partials that decays, after a `lead` without sound."""
-    t = np.arange(round(seconds * RATE)) / RATE
-    f0 = 440 * 2 ** ((key - 69) / 12)
-    sound = sum(np.sin(2 * math.pi * j * f0 * t) / j for j in range(1, 9)) * 10 ** (-3 * t / 6)
-    return np.concatenate([np.zeros(round(lead * RATE)), 10 ** (level_db / 20) * sound / np.abs(sound).max()])
-
-
-def save(folder: Path, **files: Floats) -> Path:
-    folder.mkdir(exist_ok=True)
-    for name, sound in files.items():
-        soundfile.write(folder / f"{name}.wav", sound, RATE, subtype="FLOAT")
-    return folder
+def tone(key: int, level_db: float = -12.0, seconds: float = 1.5) -> Floats:
+    """A note of eight partials that decays, after 50 ms without sound."""
+    sound = ringing.tone(note_frequency(key), level_db, seconds, partials=8)
+    return np.concatenate([np.zeros(round(0.05 * RATE)), sound])
 
 
 def chromatic(folder: Path, keys: range = range(40, 43), **levels: float) -> Path:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, cli_error
 
 from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.fitting import recording
@@ -72,11 +72,9 @@ def test_without_an_input_there_is_one_line(run: Run, tmp_path: Path, monkeypatc
         raise Lost("Error querying device -1")
 
     monkeypatch.setattr(recording, "sounddevice", lambda: SimpleNamespace(PortAudioError=Lost, InputStream=none))
-    status, _, err = run("fit", "--guide", "--record", tmp_path / "d")
-    assert_one_clear_line(status, err, (1,))
+    err = cli_error(run, "fit", "--guide", "--record", tmp_path / "d", allowed=(1,))
     assert "no audio input to record from" in err and not (tmp_path / "d").exists()
-    status, _, err = run("fit", "--record", tmp_path / "d")
-    assert_one_clear_line(status, err, (2,))
+    cli_error(run, "fit", "--record", tmp_path / "d", allowed=(2,))
 
 
 def test_ctrl_c_leaves_the_notes_recorded_so_far(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.needs import processes
+from support.sweeps import Deadly
 
 pytest.importorskip("cmaes")
 from livebass.files.whole import Transaction
@@ -103,12 +104,3 @@ def test_processes_last_from_one_call_to_the_next() -> None:
             assert sorted((t.name, r["score"]) for t, r in compute(part)) == [(t.name, t.work["score"]) for t in part]
         with pytest.raises(ChildProcessError, match="task x"):
             list(compute([SimpleNamespace(name="task x", work=Deadly(), digest="x")]))
-
-
-class Deadly:
-    """Ends the process that unpickles it."""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        import os
-
-        return os._exit, (1,)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line, cli_text
-from support.costs import quick
+from support.command import Run, cli_error, cli_text
+from support.costs import quick, slow
 from support.own_basses import load_preset
 from support.places import RECORDINGS
+from support.ringing import RATE, pluck
 from support.strings import FREQUENCIES, g_neck, g_string, paper_g
 
 from livebass.lab.identification.doubts import clipped_tops, doubtful
@@ -22,22 +24,11 @@ from livebass.lab.identification.lines import Line
 from livebass.lab.identification.partials import Found
 from livebass.lab.identification.result import Identified
 from livebass.model import modes
-from livebass.model.instrument import Pluck, Speaking, speaking
+from livebass.model.instrument import Speaking, speaking
 from livebass.preset.load import laboratory_names, preset_names
 
-RATE = 48_000
 LAW_ONLY = replace(g_string(), measured_frequencies=(), measured_dampings=())
-
-
-def note(s: Speaking, seconds: float = 3.0, at: float = 0.02, count: int = 40) -> np.ndarray:
-    """Returns the free sound of a string plucked at `at` (m), heard 9 mm from the saddle; its peak is 0.5."""
-    q = modes.pluck_amplitudes(s, count, Pluck(1e-3, at, 1e-3))
-    q = q * modes.shapes(s, count, np.array([s.length - 0.009]))[0]
-    t = np.arange(round(seconds * RATE)) / RATE
-    sound = np.zeros(t.size)
-    for a, nu, sigma in zip(q, modes.frequencies(s, count), modes.dampings(s, count), strict=True):
-        sound += a * np.exp(-sigma * t) * np.cos(2 * np.pi * nu * t)
-    return 0.5 * sound / np.abs(sound).max()
+note = partial(pluck, seconds=3.0, count=40)
 
 
 def sine(nu: float, sigma: float, level: float, seconds: float = 3.0) -> np.ndarray:
@@ -76,10 +67,8 @@ def test_a_clipped_beginning_is_left_out(tmp_path: Path, subtype: str) -> None:
 
 
 def test_a_note_that_clips_to_its_end_is_refused(run: Run, tmp_path: Path) -> None:
-    save(tmp_path / "g.wav", 40 * note(paper_g(), 1.0), clip=0.5)
-    status, _, err = run("identify", tmp_path / "g.wav", "-o", tmp_path / "mine.toml")
-    assert_one_clear_line(status, err, (1,))
-    assert "clips for" in err
+    save(tmp_path / "g.wav", 40 * note(paper_g(), seconds=1.0), clip=0.5)
+    assert "clips for" in cli_error(run, "identify", tmp_path / "g.wav", "-o", tmp_path / "mine.toml", allowed=(1,))
     assert not (tmp_path / "mine.toml").exists()
 
 
@@ -88,14 +77,14 @@ def test_a_note_that_clips_to_its_end_is_refused(run: Run, tmp_path: Path) -> No
 def test_round_tops_are_not_clipping(bits: int, level: float) -> None:
     """Whatever their height in file steps, for a steady sine and for a string."""
     steps = 2.0 ** (bits - 1)
-    slow = sine(41.2, 0.0, 1.0, 1.0)
-    for sound in (slow, slow + 0.06 * sine(123.6, 0.0, 1.0, 1.0), note(paper_g(), 1.0)):
+    low = sine(41.2, 0.0, 1.0, 1.0)
+    for sound in (low, low + 0.06 * sine(123.6, 0.0, 1.0, 1.0), note(paper_g(), seconds=1.0)):
         assert clipped_tops(np.round(level * sound / np.abs(sound).max() * steps) / steps).size == 0
     if level * steps > 100:
-        assert clipped_tops(np.round(level * np.clip(slow, -0.7, 0.7) * steps) / steps).size > 80
+        assert clipped_tops(np.round(level * np.clip(low, -0.7, 0.7) * steps) / steps).size > 80
 
 
-@pytest.mark.parametrize("given", [pytest.param((), marks=pytest.mark.slow), ("--string", "G")])
+@pytest.mark.parametrize("given", [slow(()), ("--string", "G")])
 def test_another_note_after_it(run: Run, tmp_path: Path, given: tuple[str, ...]) -> None:
     save(tmp_path / "two.wav", np.concatenate([note(paper_g()), note(open_string("jazz-finger", "D"))]))
     figures = tmp_path / "two.json"
@@ -161,7 +150,7 @@ def test_no_doubt_about_the_partials_of_a_preset(preset: str) -> None:
     [
         ("jazz-finger", "E"),
         ("muted", "G"),
-        *(pytest.param(name, "", marks=pytest.mark.slow) for name in preset_names()),
+        *(slow(name, "") for name in preset_names()),
     ],
 )
 def test_no_doubt_about_a_clean_note(tmp_path: Path, preset: str, string: str) -> None:

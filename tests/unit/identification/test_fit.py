@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.command import python_output
 from support.own_basses import load_preset
 from support.places import SHARED, TOOLS
 from support.strings import g_neck, g_string
@@ -76,8 +75,8 @@ def test_the_presets_have_that_neck(name: str) -> None:
 def test_the_command_gives_back_what_ships(name: str) -> None:
     """Its resonances to the letter, and the figures in preset and notes."""
     tool = TOOLS / "fit_neck.py"
-    done = subprocess.run([sys.executable, tool, name], capture_output=True, text=True, check=True, timeout=300)
-    said = tomllib.loads(done.stdout)
+    printed = python_output(tool, name)
+    said = tomllib.loads(printed)
     shipped = [r for r in load_preset(name).necks[-1].admittance.resonances if r.shape]
     assert said["resonance_frequencies"]["values"] == [r.frequency for r in shipped]
     assert said["resonance_qualities"] == [r.quality for r in shipped]
@@ -86,7 +85,7 @@ def test_the_command_gives_back_what_ships(name: str) -> None:
         "13 resonances; dampings to 6.0% rms, 19% at worst", "7.8% rms, 25% at worst", "501 ppm rms, 179 with",
         "1936 ppm, 2014 with",
     ):  # fmt: skip
-        assert figure in done.stdout, done.stdout
+        assert figure in printed
 
 
 @pytest.mark.slow  # with the usual rounding, the command reproduces the shipped data

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from support.jack import wait_for
+from support.live import next_line
 
 from livebass.compiling import library, store
 from livebass.live import best_quality
@@ -109,20 +108,12 @@ def test_a_change_of_bass_chooses_again(monkeypatch: pytest.MonkeyPatch) -> None
     try:
         assert changes.quality == "studio"
         for wanted, said in (
-            (SimpleNamespace(preset="slap"), "preset slap, quality live"),
-            (SimpleNamespace(preset="muted"), "preset muted, quality studio"),
-            (SimpleNamespace(quality="live"), "preset muted, quality live"),
-            (SimpleNamespace(quality="auto"), "preset muted, quality studio"),
+            ({"preset": "slap"}, "preset slap, quality live"),
+            ({"preset": "muted"}, "preset muted, quality studio"),
+            ({"quality": "live"}, "preset muted, quality live"),
+            ({"quality": "auto"}, "preset muted, quality studio"),
         ):
-            changes.choose(**vars(wanted))
-            lines: list[str] = []
-
-            def turn(lines: list[str] = lines) -> bool:
-                device.block(64)
-                lines.extend(line for line in [changes.turn()] if line)
-                return bool(lines)
-
-            wait_for(turn)
-            assert lines == [said]
+            changes.choose(**wanted)
+            assert next_line(changes, device) == said
     finally:
         changes.close()

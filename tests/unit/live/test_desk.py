@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.hands import of_any
-from support.live import QUICK, RATE, offline, synth_and_device
+from support.live import QUICK, RATE, bass_of, offline, performer_of, play, synth_and_device
+from support.messages import messages_of
 from support.pitch import pitch
-from support.tabs import as_gp, hard_tab
+from support.tabs import hard_score
 
-from livebass import load_preset, read_tab
+from livebass import load_preset
 from livebass.kernels.player import performer
 from livebass.kernels.player.words import STRING_REST, STROKE
 from livebass.live.desk import FILE, LEAD, Desk, MidiLearn, check_controllers, click_sound, with_beats
@@ -26,14 +27,12 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.desk import BEAT, WEAK
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
-from livebass.rows.arrays import Floats
 from livebass.rows.techniques import GHOST, LEARNED, MAXIMUM, MINIMUM, PARAMETER, THUMB_ON_ALL
 from livebass.score.phrases import demo_score
 from livebass.score.reading import read_score
 from livebass.score.score import Score, score_of
 
 LEADING = round(LEAD * RATE)
-Message = tuple[int, int, int, int]  # frame, status, first, second
 
 
 def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> tuple[Desk, Synth, FakeDevice]:
@@ -56,12 +55,6 @@ def end_messages(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int
     return [m[1:] for m in synth.played()]
 
 
-def play(device: FakeDevice, frames: int, size: int = 64) -> Floats:
-    """Plays `frames` frames, in blocks of `size` and a rest."""
-    sizes = [size] * (frames // size) + [frames % size] * (frames % size > 0)
-    return np.concatenate([device.block(n) for n in sizes])
-
-
 def notes_of(synth: Synth) -> list[tuple[int, int]]:
     """(frame, key) of the note-ons since the last call."""
     return [(frame, first) for frame, status, first, second in synth.played() if status & 0xF0 == 0x90 and second]
@@ -78,18 +71,12 @@ def test_a_score_sounds_as_rendered(size: int) -> None:
     _, _, device = desk_and_device(score)
     frames = 4096 if size == 1 else 2 * RATE
     heard = play(device, LEADING + frames, size)
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     assert not heard[:LEADING].any()
-    assert np.array_equal(heard[LEADING:], offline("jazz-finger", messages, frames))
-
-
-def tablature(tmp_path: Path) -> Score:
-    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
-    return read_tab(song, RATE)[1]
+    assert np.array_equal(heard[LEADING:], offline("jazz-finger", messages_of(score), frames))
 
 
 def test_a_tablature_sounds_as_rendered(tmp_path: Path) -> None:
-    score = tablature(tmp_path)
+    score = hard_score(tmp_path)
     _, _, device = desk_and_device(score)
     heard = play(device, LEADING + 2 * RATE)
     later = [(row[0] + LEADING, *row[1:]) for row in score.strokes]
@@ -98,12 +85,12 @@ def test_a_tablature_sounds_as_rendered(tmp_path: Path) -> None:
 
 def test_a_pause_rests_the_strings_of_a_tablature(tmp_path: Path) -> None:
     """Its last stroke is bent and palm-muted; a note that the player holds sounds on."""
-    score = tablature(tmp_path)
+    score = hard_score(tmp_path)
     desk, synth, device = desk_and_device(score)
     play(device, LEADING + score.end_frame - 2400)
     synth.send(0x90, 55, 90)
     play(device, 64)
-    hands, controls = (synth.bass.engine.performer[0][name] for name in ("hands", "controls"))  # type: ignore[union-attr]
+    hands, controls = (performer_of(synth)[name] for name in ("hands", "controls"))
     held = int(hands["latest"])
     assert hands["palmed"] and controls["string_bend"].any() and hands["state"].astype(bool).sum() == 2
     assert {message[0] for message in end_messages(desk, synth, device)} == {STRING_REST}
@@ -115,7 +102,7 @@ def test_a_pause_rests_the_strings_of_a_tablature(tmp_path: Path) -> None:
 
 def test_a_loop_of_a_tablature_begins_with_strings_at_rest(tmp_path: Path) -> None:
     """Each turn has the same strokes; the first is straight, though the turn before ends with a bend."""
-    score = tablature(tmp_path)
+    score = hard_score(tmp_path)
     desk, synth, device = desk_and_device(score)
     desk.loop = (0.0, score.end_frame / RATE)
     play(device, LEADING + 64)
@@ -206,8 +193,8 @@ def test_nothing_a_player_does_to_a_score_leaves_a_note_behind() -> None:
     desk.rolling = False
     play(device, 64)
     held = [second for _, status, _, second in synth.played() if status & 0xF0 == 0x90]
-    assert synth.bass is not None and len(held) > 20
-    assert not synth.bass.engine.performer["hands"]["state"][0].any() and synth.meters().faults == 0
+    assert len(held) > 20
+    assert not performer_of(synth)["hands"]["state"].any() and synth.meters().faults == 0
 
 
 def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
@@ -318,23 +305,19 @@ def test_a_take_with_learned_controllers_renders_as_it_sounded(tmp_path: Path) -
     heard = []
     with MidiRecorder(tmp_path / "take.mid", synth, "jazz-finger") as take:
         for k, (symbol, controller) in enumerate(learned.items()):
-            if symbol != "gain":  # moves the synth's own gain, whose ramp differs
-                synth.receive(0xB2, controller, 10 + 15 * k)
-            heard.append(device.block(1000))
-            synth.receive(0x92, 40 + k, 100)
-            heard.append(device.block(1000))
-            synth.receive(0xB2, 18, 20 * k)
-            synth.receive(0xE2, 0, 100)
-            heard.append(device.block(1000))
-            synth.receive(0x82, 40 + k, 0)
-            heard.append(device.block(1000))
+            # the gain moves the synth's own, whose ramp differs
+            moved = [] if symbol == "gain" else [(0xB2, controller, 10 + 15 * k)]
+            note, controls = [(0x92, 40 + k, 100)], [(0xB2, 18, 20 * k), (0xE2, 0, 100)]
+            for messages in (moved, note, controls, [(0x82, 40 + k, 0)]):
+                for message in messages:
+                    synth.receive(*message)
+                heard.append(device.block(1000))
         take.turn()
     score = read_score(tmp_path / "take.mid", RATE)
     sent = {tuple(map(int, m[1:])) for m in score.messages if m[0] & 0xF0 == 0xB0}
     assert {(LEARNED + NUMBERS["tone"], 25), (LEARNED + NUMBERS["bend_range"], 115)} <= sent
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     sound = np.concatenate(heard)
-    assert np.array_equal(sound, offline("jazz-finger", messages, len(sound)))
+    assert np.array_equal(sound, offline("jazz-finger", messages_of(score), len(sound)))
 
 
 def test_a_take_keeps_a_learned_gain(tmp_path: Path) -> None:
@@ -346,8 +329,7 @@ def test_a_take_keeps_a_learned_gain(tmp_path: Path) -> None:
         synth.receive(0x90, 40, 100)
         sound = play(device, 4800)
         take.turn()
-    score = read_score(tmp_path / "take.mid", RATE)
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    messages = messages_of(read_score(tmp_path / "take.mid", RATE))
     assert np.abs(sound).max() > 0.01
     assert np.allclose(sound, offline("jazz-finger", messages, 9600)[4800:], rtol=1e-4, atol=1e-7)
 
@@ -360,14 +342,13 @@ def test_another_bass_takes_over_keys_and_controllers() -> None:
     for number, value in ((17, 20), (18, 30), (5, 0), (5, 9)):
         synth.send(0xB0, number, value)
     device.block(64)
-    old = synth.bass
-    assert old is not None
+    old = bass_of(synth)
     keys = replace(MODO, keys=tuple(row for row in MODO.keys if row[0] != 3))
     other = load_preset("slap")
     synth.switch_to(LiveBass(replace(other, player=replace(other.player, keys=keys)), QUICK, RATE))
     device.block(64)
-    new = synth.bass
-    assert new is not None and new is not old
+    new = bass_of(synth)
+    assert new is not old
     p, before = new.engine.performer[0], old.engine.performer[0]
     assert p["switched"].sum() == 2 and p["switched"][GHOST] == 1 and p["forced"] == 0
     for name in ("blend", "level"):
@@ -558,8 +539,7 @@ def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_
     assert reported == [
         (0xB0, 126, 4), (0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 7), (0xE3, 0, 70), (0xB3, 74, 9), (0xE0, 0, 100),
     ]  # fmt: skip
-    assert synth.bass is not None
-    p = synth.bass.engine.performer[0]
+    p = performer_of(synth)
     assert p["controls"]["mode"] == performer.STRING_A_CHANNEL and p["controls"]["channel_range"] == 7.0
     desk.seek(0.25)
     play(device, 64)
@@ -578,10 +558,10 @@ def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
     )  # fmt: skip
     desk, synth, device = desk_and_device(score)
     play(device, LEADING + 19500)
-    assert synth.bass is not None and synth.bass.engine.performer["controls"]["mode"] == performer.STRING_A_CHANNEL
+    assert performer_of(synth)["controls"]["mode"] == performer.STRING_A_CHANNEL
     desk.seek(0.0)
     play(device, 64)
-    assert synth.bass.engine.performer["controls"]["mode"] == performer.ALL_ALIKE
+    assert performer_of(synth)["controls"]["mode"] == performer.ALL_ALIKE
 
 
 def test_a_place_that_is_gone_to_has_what_each_channel_has(tmp_path: Path) -> None:
@@ -603,8 +583,7 @@ def test_a_place_that_is_gone_to_has_what_each_channel_has(tmp_path: Path) -> No
         for place in places:
             desk.seek(place)
             play(device, 64)
-        assert synth.bass is not None
-        p = synth.bass.engine.performer[0]
+        p = performer_of(synth)
         names = ("wheel", "range", "fine", "coarse", "pedal", "volume")
         return {name: p["controls"]["channel"][name][:3].tolist() for name in names}
 

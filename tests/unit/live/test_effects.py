@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.live import RATE, run_ahead
+from support.strings import behind
 
 from livebass import Quality, load_preset, score_of
 from livebass.engine.engine import Engine
@@ -15,7 +16,7 @@ from livebass.kernels.effects.records import PART
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_event, push_message
-from livebass.model.instrument import Effects, Instrument, Response
+from livebass.model.instrument import Instrument, Response
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import EFFECT, EFFECTS, GAIN_DB, PARAMETER
 
@@ -27,10 +28,6 @@ NOTES = [(0.1 * k, 0.15, 33 + 5 * (k % 4), 120 - 9 * k) for k in range(5)]
 SCORE = score_of(NOTES, RATE)
 COMPRESSION, DRIVE = range(len(EFFECTS))
 Event = tuple[int, int, int, float]  # frame, kind, number, value
-
-
-def behind(bass: Instrument, **effects: Any) -> Instrument:
-    return replace(bass, effects=Effects(**effects))
 
 
 def synth_of(bass: Instrument) -> tuple[Synth, FakeDevice]:

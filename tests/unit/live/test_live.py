@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import ctypes
-import dataclasses
 import itertools
-import os
-import subprocess
-import sys
 import threading
 import time
-from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.command import module_paths, python_output
 from support.costs import quick
 from support.hands import of_any
 from support.jack import PATIENCE
 from support.live import (
-    CLOCK,
     QUICK,
     RATE,
     Load,
-    address_of,
+    bass_of,
     feed,
     offline,
+    performer_of,
+    play,
     played_ahead,
     run_ahead,
-    stopped_clock,
     synth_and_device,
 )
-from support.places import TESTS
+from support.messages import messages_of
 from support.quiet import without_noise
 from support.scores import busy_score
 
@@ -61,16 +57,14 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: tuple[int, ...], ahead: s
         fed = feed(synth, score, fed)
         blocks.append(device.block(sizes[len(blocks) % len(sizes)]))
     heard = np.concatenate(blocks)[: 2 * RATE]
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
-    assert np.array_equal(heard, offline("slap", messages, 2 * RATE))
+    assert np.array_equal(heard, offline("slap", messages_of(score), 2 * RATE))
     assert np.abs(heard).max() > 0.1
 
 
 @pytest.mark.parametrize("preset", ["slap-impulse", "slap", "jazz-finger"])
 def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> None:
     """All the techniques' key switches and controllers, each sent in its own block."""
-    score, total = busy_score(RATE), 2 * RATE
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    messages, total = messages_of(busy_score(RATE)), 2 * RATE
     assert np.array_equal(played_ahead(preset, messages, total), offline(preset, messages, total))
 
 
@@ -88,7 +82,7 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
         choices = {0: (0xE0, 0, value), 1: (0xB0, 7, 64 + value // 2), 2: (0xB0, 64, value), 3: (0xB0, 120, 0)}
         messages.append((frame, *choices.get(kind, (0x80 if kind < 6 else 0x90, key, value))))
     bass = load_preset(preset)
-    bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, pluck_angle=angle))
+    bass = replace(bass, player=replace(bass.player, pluck_angle=angle))
     heard = played_ahead(bass, messages, total, rng.choice([1, 17, 64, 129], 1000).tolist())
     assert np.array_equal(heard, offline(bass, messages, total))
     assert np.abs(heard).max() > 0.05
@@ -96,11 +90,10 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
 
 def test_a_very_loud_bass_is_cut_as_the_test_of_bits_cuts_it() -> None:
     bass = load_preset("jazz-finger")
-    bass = dataclasses.replace(bass, output=dataclasses.replace(bass.output, gain=30 * bass.output.gain))
-    synth = Synth(RATE, adaptive=False)
-    synth.switch_to(LiveBass(bass, QUICK, RATE))
+    bass = replace(bass, output=replace(bass.output, gain=30 * bass.output.gain))
+    synth, device = synth_and_device(bass, adaptive=False)
     synth.send(0x90, 40, 110)
-    heard = FakeDevice(synth).block(4000)
+    heard = device.block(4000)
     assert np.array_equal(heard, offline(bass, [(0, 0x90, 40, 110)], 4000)) and np.abs(heard).max() == 1.0
 
 
@@ -111,7 +104,7 @@ def test_messages_at_their_frames_and_now() -> None:
     synth.send(0x90, 40, 100)
     synth.send(0x90, 45, 90, frame=333)
     synth.send(0x80, 40, 0, frame=120)  # too late for its frame: plays as soon as possible, and in order
-    heard = np.concatenate([device.block(64) for _ in range(60)])
+    heard = play(device, 60 * 64)
     messages = [(100, 0x90, 40, 100), (333, 0x90, 45, 90), (333, 0x80, 40, 0)]
     assert np.array_equal(heard, offline("jazz-finger", messages, 100 + len(heard))[100:])
 
@@ -130,14 +123,13 @@ def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
     for replaced in (False, True):
         synth, device = synth_and_device(without_noise("jazz-finger"), adaptive=False)
         synth.send(0x90, 40, 60)
-        blocks = [device.block(64) for _ in range(200)]
+        blocks = [play(device, 200 * 64)]
         if replaced:
             synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
-        blocks += [device.block(64) for _ in range(200)]
-        synth.send(0xE0, 0, 96)
-        blocks += [device.block(64) for _ in range(200)]
-        synth.send(0x80, 40, 0)
-        blocks += [device.block(64) for _ in range(200)]
+        blocks.append(play(device, 200 * 64))
+        for message in ((0xE0, 0, 96), (0x80, 40, 0)):
+            synth.send(*message)
+            blocks.append(play(device, 200 * 64))
         sounds.append(np.concatenate(blocks))
     assert np.array_equal(*sounds) and np.abs(sounds[0][30000:38000]).max() > 0.001
     while synth.ringing:
@@ -146,7 +138,7 @@ def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
         assert synth.frame < 10 * RATE
     assert len(synth._basses) == 1
     synth.send(0x90, 40, 60)
-    assert np.abs(np.concatenate([device.block(64) for _ in range(100)])).max() > 0.005
+    assert np.abs(play(device, 100 * 64)).max() > 0.005
 
 
 def test_a_vibrato_goes_on_in_the_next_bass() -> None:
@@ -160,12 +152,12 @@ def test_a_vibrato_goes_on_in_the_next_bass() -> None:
             synth.switch_to(LiveBass(load_preset("jazz-finger"), QUICK, RATE))
             device.block(64)
         synth.send(0x90, 40, 60)
-        sounds.append(np.concatenate([device.block(64) for _ in range(600)]))
+        sounds.append(play(device, 600 * 64))
         synth.send(0xB0, 1, 0)
     still, device = synth_and_device("jazz-finger", adaptive=False)
     device.block(128)
     still.send(0x90, 40, 60)
-    unmoved = np.concatenate([device.block(64) for _ in range(600)])
+    unmoved = play(device, 600 * 64)
     jumps = [float(np.abs(sound - unmoved).max()) for sound in sounds]
     assert min(jumps) > 0.1 * np.abs(unmoved).max()
 
@@ -174,8 +166,7 @@ def test_a_vibrato_goes_on_in_the_next_bass() -> None:
 def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str) -> None:
     """Only one bass is played, whatever its preset: a string has one note. The other strings ring on."""
     synth, device = synth_and_device("jazz-finger", adaptive=False)
-    old = synth.bass
-    assert old is not None
+    old = bass_of(synth)
     for key in (28, 43):  # E and G, open
         synth.send(0x90, key, 60)
     device.block(4800)
@@ -184,33 +175,22 @@ def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str
     synth.send(0x90, 30, 60)
     device.block(RATE)
     assert [sounding for _, _, sounding, _ in old.fingers()] == [False, False, False, True]
-    assert synth.bass is not None
-    assert [sounding for _, _, sounding, _ in synth.bass.fingers()] == [True, False, False, False]
+    assert [sounding for _, _, sounding, _ in bass_of(synth).fingers()] == [True, False, False, False]
 
 
 def test_overload_ends_the_bass_that_rings_out() -> None:
     synth, device = synth_and_device("jazz-finger")
-    synth.record["clock"] = address_of(stopped_clock)  # no overload yet, whatever the machine's other work
-    now = [0]
-
-    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        now[0] += int(64 / RATE * 1e9)
-        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
-        return 0
-
-    keep: Callable[..., int] = CLOCK(clock)
+    load = Load(synth)  # no overload yet, whatever the machine's other work
     synth.send(0x90, 40, 60)
     device.block(2400)
     synth.switch_to(LiveBass(load_preset("flatwound"), QUICK, RATE))
     device.block(64)
     synth.release_faded()
     assert synth.ringing
-    synth.record["clock"] = address_of(keep)
-    for _ in range(int(FADE * RATE / 64) + 2):
-        device.block(64)
+    load.share = 1.0
+    play(device, (int(FADE * RATE / 64) + 2) * 64)
     synth.release_faded()
     assert not synth.ringing
-    del keep
 
 
 def test_many_basses_one_after_the_other() -> None:
@@ -277,12 +257,11 @@ def test_scores_and_keys_are_heard_whatever_the_channel() -> None:
 
 def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
     synth, device = synth_and_device()
-    for _ in range(10):
-        device.block(64)
+    play(device, 10 * 64)
     time.sleep(0.5)
     assert synth.frame_now(64) <= synth.frame + 2 * 64
     synth.send(0x90, 40, 120, synth.frame_now(64))
-    assert np.concatenate([device.block(64) for _ in range(20)]).any()
+    assert play(device, 20 * 64).any()
 
 
 @pytest.mark.parametrize("size", quick([1, 64, 1000, 3000], [1, 1000]))
@@ -314,44 +293,35 @@ def test_strings_run_ahead_for_as_long_as_their_contact_lasts() -> None:
 
 
 def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
-    """On a fake clock each block takes `load` of its time. A long block without contacts was held up by the system."""
+    """A long block without contacts was held up by the system."""
     synth, device = synth_and_device("slap", adaptive=False)
-    record, now = synth.bass.record, 1_000_000  # type: ignore[union-attr]
-    minimum, load = float(record["share"][0]), 0.0
-
-    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        nonlocal now
-        now += round(load * 64 / RATE * 1e9)
-        spec[0], spec[1] = divmod(now, 10**9)
-        return 0
-
-    keep: Callable[..., int] = CLOCK(clock)
-    synth.record["clock"] = address_of(keep)
-    load = 0.5
+    record, load = bass_of(synth).record, Load(synth)
+    minimum = float(record["share"][0])
+    load.share = 0.5
     device.block(64)
     assert record["share_now"][0] == minimum, "nothing sounds"
     synth.send(0x90, 28, 127)
-    load = 0.0
+    load.share = 0.0
     device.block(4800)
-    load = 0.5
+    load.share = 0.5
     for wheel in (66, 64):
         synth.send(0xE0, 0, wheel)
         device.block(64)
     assert record["share_now"][0] == minimum, "no string can do the work of events ahead"
     shares = []
     for took in (0.01, 0.4, 0.3, 0.35, 5.0, 5.0, 0.01):
-        load = took
+        load.share = took
         device.block(64)
         shares.append(float(record["share_now"][0]))
     forgotten = FORGOTTEN * 64 / RATE
     wanted = [minimum, minimum, 0.3, 0.35, 0.4, MAX_SHARE, MAX_SHARE]  # set by two blocks, not by one
     assert shares == pytest.approx(wanted, abs=4 * forgotten) and shares[-1] < shares[-2]
-    load = 0.0
+    load.share = 0.0
     for _ in range(round(1.01 * (MAX_SHARE - minimum) / FORGOTTEN)):
         device.block(RATE)
     assert record["share_now"][0] == minimum
-    record["share"], load = 0.0, 0.5  # they do not run ahead
-    record["share_now"] = 0.0
+    record["share"] = record["share_now"] = 0.0  # they do not run ahead
+    load.share = 0.5
     device.block(64)
     assert record["share_now"][0] == 0.0
 
@@ -424,11 +394,11 @@ def test_bends_of_eight_octaves_stay_finite() -> None:
     for wheel in (127, 0, 64, 127, 0):
         synth.send(0xE0, 0, wheel)
         sounds.append(device.block(RATE // 2))
-    assert synth.bass is not None and of_any(synth.bass.engine.performer)["range"] == 96
+    assert of_any(performer_of(synth))["range"] == 96
     assert np.isfinite(np.concatenate(sounds)).all() and synth.meters().faults == 0
     synth.send(0xE0, 0, 64)
     device.block(RATE // 2)
-    assert {float(v.record["tuned"][0]) for v in synth.bass.engine.voices} == {1.0}
+    assert {float(v.record["tuned"][0]) for v in bass_of(synth).engine.voices} == {1.0}
 
 
 def test_nothing_is_compiled_once_it_plays() -> None:
@@ -454,44 +424,26 @@ for k in range(50):
 synth.panic()
 print(sorted({"numba"} & set(sys.modules) | (set(sys.modules) - known)))
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=2 * PATIENCE, check=False,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), *sys.path])},
-    )  # fmt: skip
-    assert done.stdout.strip() == "[]", done.stdout + done.stderr[-2000:]
+    assert python_output("-c", program, env=module_paths()) == "[]\n"
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
-    """A fake clock sets the time each block takes."""
     synth, device = synth_and_device("jazz-finger", QUALITIES["live"])
-    bass = synth.bass
-    assert bass is not None
-    spans = [0.0]
-    now = [0]
-
-    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        now[0] += int(spans[0])
-        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
-        return 0
-
-    keep: Callable[..., int] = CLOCK(clock)
-    synth.record["clock"] = address_of(keep)
+    load, bass = Load(synth), bass_of(synth)
     for key in (28, 33, 38, 43):
         synth.send(0x90, key, 127)
     device.block(2400)
-    spans[0] = 0.9 * 64 / RATE * 1e9
-    before = np.concatenate([device.block(64) for _ in range(1)])
+    load.share = 0.9
+    before = device.block(64)
     assert synth.meters().overload == 1
     assert bass.coarse_strings == [3], "the newest contact first"
-    sound = np.concatenate([before, *[device.block(64) for _ in range(3)]])
+    sound = np.concatenate([before, play(device, 3 * 64)])
     assert bass.coarse_strings == [0, 1, 2, 3]
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.05
     assert np.abs(np.diff(sound)).max() < 0.2, "no jump"
-    spans[0] = 0.1 * 64 / RATE * 1e9
-    for _ in range(4 * RATE // 64):
-        device.block(64)
+    load.share = 0.1
+    play(device, 4 * RATE)
     assert bass.coarse_strings == [] and synth.meters().overload == 0
-    del keep
 
 
 def test_offline_strings_are_with_the_clock_and_fine() -> None:
@@ -499,31 +451,21 @@ def test_offline_strings_are_with_the_clock_and_fine() -> None:
     notes = [(0, 0x90, 33, 120), (100, 0x90, 40, 110), (9000, 0x90, 47, 127), (15000, 0x80, 33, 0)]
     wanted = offline("slap", notes, 24000)
     synth, device = synth_and_device("slap")
-    bass = synth.bass
-    assert bass is not None
+    bass = bass_of(synth)
     for frame, *message in notes:
         synth.send(*message, frame=frame)
     run_ahead(synth, "far")
-    first = [device.block(64) for _ in range(200)]
+    first = play(device, 200 * 64)
     assert max(int(v.record["frame"][0]) for v in bass.engine.voices) > synth.frame
     block.return_to_clock(synth.address)
     assert [int(v.record["frame"][0]) for v in bass.engine.voices] == [synth.frame] * 4
     run_ahead(synth, "never")
-    assert np.array_equal(np.concatenate([*first, device.block(24000 - 200 * 64)]), wanted)
+    assert np.array_equal(np.concatenate([first, device.block(24000 - 200 * 64)]), wanted)
     fine = {int(v.record["numerator"][0]) for v in bass.engine.voices}
     synth.send(0x90, 40, 127)
     device.block(64)
-    now = [0]
-
-    def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-        now[0] += int(0.9 * 64 / RATE * 1e9)
-        spec[0], spec[1] = now[0] // 10**9, now[0] % 10**9 + 1  # type: ignore[index]
-        return 0
-
-    keep: Callable[..., int] = CLOCK(clock)
-    synth.record["clock"] = address_of(keep)
-    for _ in range(4):
-        device.block(64)
+    Load(synth).share = 0.9
+    play(device, 4 * 64)
     assert bass.coarse_strings and synth.meters().overload
     block.return_to_clock(synth.address)
     assert not bass.coarse_strings and not synth.meters().overload
@@ -536,14 +478,13 @@ def test_coarse_strings_go_on_in_tune() -> None:
     sounds = []
     for exchanged in (False, True):
         synth, device = synth_and_device("jazz-finger", quality)
-        load, bass = Load(synth), synth.bass
-        assert bass is not None
+        load, bass = Load(synth), bass_of(synth)
         synth.send(0x90, 40, 50)
         blocks = [device.block(4800)]
-        load.heavy = exchanged
-        blocks += [device.block(64) for _ in range(4)]
+        load.share = 0.9 * exchanged
+        blocks.append(play(device, 4 * 64))
         assert bass.coarse_strings == [2] * exchanged
-        load.heavy = False
+        load.share = 0.0
         blocks.append(device.block(4800))
         block.return_to_clock(synth.address)
         assert not bass.coarse_strings
@@ -558,15 +499,14 @@ def test_coarse_strings_go_on_in_tune() -> None:
 def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
     """Operators exchanged to and fro during the first contacts leave the padding of a block of modes at rest."""
     synth, device = synth_and_device(preset, QUALITIES["live"])
-    load, bass = Load(synth), synth.bass
-    assert bass is not None
+    load, bass = Load(synth), bass_of(synth)
     string = bass.engine.strings - 1
     synth.send(0x90, bass.engine.instrument.strings[-1].open_note + 7, 127)
     device.block(544)
     for k in range(50):
-        load.heavy = k % 2 == 0
+        load.share = 0.9 * (k % 2 == 0)
         device.block(5 + 8 * (k % 5))
-        if load.heavy:
+        if load.share:
             assert bass.coarse_strings == [string]
         else:
             block.return_to_clock(synth.address)

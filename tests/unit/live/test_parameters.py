@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.levels import rms
 from support.live import RATE, offline, run_ahead, synth_and_device
 from support.own_basses import load_preset
 from support.quiet import without_noise
@@ -48,9 +49,8 @@ def random_events(seed: int, frames: int, count: int) -> list[Event]:
     for frame in np.sort(rng.integers(0, frames, count)).tolist():
         key, x = int(rng.integers(28, 60)), float(rng.uniform(-1, 1))
         parameter = int(rng.integers(0, techniques.PARAMETERS))
-        value = techniques.MINIMUM[parameter] + 0.5 * (x + 1) * (
-            techniques.MAXIMUM[parameter] - techniques.MINIMUM[parameter]
-        )
+        minimum, maximum = techniques.MINIMUM[parameter], techniques.MAXIMUM[parameter]
+        value = minimum + 0.5 * (x + 1) * (maximum - minimum)
         events += [
             [midi(frame, 0x90, key, int(rng.integers(60, 128))), midi(frame + 2000, 0x80, key)],
             [midi(frame, 0xE0, 0, int(rng.integers(0, 128)))],
@@ -109,13 +109,9 @@ def test_usual_values_change_nothing() -> None:
     assert np.array_equal(play(sorted(events, key=lambda e: e[0]), RATE, [256]), wanted)
 
 
-def loudness(sound: Floats) -> float:
-    return float(np.sqrt(np.mean(sound.astype(float) ** 2)))
-
-
 def brightness(sound: Floats) -> float:
     """Root mean square of the differences, relative to the sound's."""
-    return loudness(np.diff(sound)) / loudness(sound)
+    return rms(np.diff(sound)) / rms(sound)
 
 
 def one_note(
@@ -134,11 +130,11 @@ def test_every_parameter_does_what_it_says() -> None:
     assert np.abs(one_note(techniques.GAIN_DB, -60.0)[12000:]).max() < 1e-18
     tones = [brightness(one_note(techniques.TONE_POT, x, velocity=120)) for x in (-1.0, -0.5, 0.0, 1.0)]
     assert tones == sorted(tones) and tones[0] < 0.6 * tones[-1]
-    forces = [loudness(one_note(techniques.DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
+    forces = [rms(one_note(techniques.DYNAMICS, x)) for x in (-12.0, 0.0, 12.0)]
     assert forces == sorted(forces) and forces[0] < 0.6 * forces[1]
     assert not np.array_equal(one_note(techniques.TECHNIQUE, techniques.THUMB_ON_ALL), default)
     assert np.array_equal(one_note(techniques.TECHNIQUE, techniques.PLUCKED), default)
-    tails = [loudness(one_note(techniques.HAND_DAMPING, x)[30000:]) for x in (1.0, 0.0, -1.0)]
+    tails = [rms(one_note(techniques.HAND_DAMPING, x)[30000:]) for x in (1.0, 0.0, -1.0)]
     assert max(tails[:2]) < 0.05 * tails[2], "of either hand only what is faint is left"
     assert not np.array_equal(one_note(techniques.UNEVENNESS, 1.0), one_note(techniques.UNEVENNESS, -1.0))
     assert np.array_equal(one_note(NOTE_PLACE, 0.0), default)
@@ -225,10 +221,8 @@ def test_no_value_does_harm() -> None:
     sound = play(events, RATE, [512])
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1
     notes = [midi(100, 0x90, 33, 100)]
-    strange = [(0, PARAMETER, k, np.nan) for k in range(techniques.PARAMETERS)] + [
-        (0, PARAMETER, 200, 1.0),
-        (0, 77, 1, 1.0),
-    ]
+    strange = [(0, PARAMETER, k, np.nan) for k in range(techniques.PARAMETERS)]
+    strange += [(0, PARAMETER, 200, 1.0), (0, 77, 1, 1.0)]
     strange += [(0, AMOUNT, techniques.CC_PALM, np.nan), (0, AMOUNT, techniques.CC_VIBRATO, -3.0), (0, AMOUNT, 99, 1.0)]
     assert np.array_equal(play([*strange, *notes], 4800, [512]), play(notes, 4800, [512]))
 

@@ -20,13 +20,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line
-from support.costs import quick
+from support.command import Run, assert_one_clear_line, cli_error, module_paths, python_output, run_python
+from support.costs import quick, slow
 from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
-from support.jack import PATIENCE, wait_for
-from support.live import QUICK, RATE, jack_session, offline, played_on, session_of, synth_and_device
-from support.places import TESTS
+from support.jack import wait_for
+from support.live import (
+    QUICK,
+    RATE,
+    bass_of,
+    jack_session,
+    next_line,
+    offline,
+    performer_of,
+    play,
+    played_on,
+    session_of,
+    synth_and_device,
+)
+from support.messages import messages_of
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.cli.console import Console, LogFile, log_to
@@ -58,19 +70,7 @@ from livebass.system.extras import install
 
 
 FINGER, PICK, SLAP = 33, 34, 36  # General MIDI programs as sent, from 0
-
-
-def change(changes: PresetSwitch, device: FakeDevice) -> str:
-    """Plays until `changes` has a line to show, and returns it."""
-    said: list[str] = []
-
-    def turn() -> bool:
-        device.block(64)
-        said.extend(line for line in [changes.turn()] if line)
-        return bool(said)
-
-    wait_for(turn)
-    return said[0]
+NO_SERVER = {"JACK_DEFAULT_SERVER": "nobody"}
 
 
 def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
@@ -81,10 +81,10 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
         synth.send(*message)
     synth.send(0xC0, SLAP)
     device.block(64)
-    old = synth.bass
-    assert change(changes, device) == "preset slap, quality live"
-    new = synth.bass
-    assert old is not None and new is not None and new is not old
+    old = bass_of(synth)
+    assert next_line(changes, device) == "preset slap, quality live"
+    new = bass_of(synth)
+    assert new is not old
     device.block(64)
     for name in ("volume", "expression", "wheel", "pedal"):
         assert of_any(new.engine.performer)[name] == of_any(old.engine.performer)[name] != 0
@@ -121,7 +121,7 @@ def test_the_last_wish_counts() -> None:
         changes.next_preset()
         changes.turn()
     changes.next_quality()
-    assert change(changes, device).endswith("quality studio")
+    assert next_line(changes, device).endswith("quality studio")
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
@@ -156,7 +156,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
             if k % 2:
                 changes.next_quality()
             synth.send(0x90, 40, 90)
-            change(changes, device)
+            next_line(changes, device)
             synth.panic()
 
             def rung_out() -> bool:
@@ -190,10 +190,9 @@ def test_freed_memory_is_returned() -> None:
             del block
             print(full - before, memory() - before)
     """
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
-    for line in said.stdout.splitlines():
+    for line in python_output("-c", code).splitlines():
         full, after = map(float, line.split())
-        assert full > 23 and after < 4, said.stdout
+        assert full > 23 and after < 4, line
 
 
 def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
@@ -201,10 +200,10 @@ def test_a_preset_that_cannot_be_loaded_is_a_line(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     changes = PresetSwitch(synth, str(file), QUALITIES["live"])
     changes.next_quality()
-    assert "no such file" in change(changes, device)
+    assert "no such file" in next_line(changes, device)
     assert changes.turn() is None and changes.wanted == changes.playing == (str(file), "live")
     changes.next_preset()
-    assert change(changes, device) == f"preset {preset_names()[0]}, quality live"
+    assert next_line(changes, device) == f"preset {preset_names()[0]}, quality live"
     changes.close()
 
 
@@ -213,13 +212,12 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
     drop_d = partial(load_preset, tuning="drop-d", capo=1, a4=432)
     changes = PresetSwitch(synth, "jazz-finger", QUALITIES["live"], drop_d)
     changes.choose("slap")
-    assert change(changes, device) == "preset slap, quality live"
-    assert synth.bass is not None
-    bass = synth.bass.engine.instrument
+    assert next_line(changes, device) == "preset slap, quality live"
+    bass = bass_of(synth).engine.instrument
     assert bass == load_preset("slap", tuning="drop-d", capo=1, a4=432) and bass.a4 == 432
     changes.load = partial(load_preset, tuning="E1 A1 D2 G2")
     changes.choose("five-string")
-    assert "4 notes for 5 strings" in change(changes, device)
+    assert "4 notes for 5 strings" in next_line(changes, device)
     changes.close()
 
 
@@ -287,9 +285,8 @@ def test_a_take_of_nothing_leaves_nothing(tmp_path: Path, caplog: pytest.LogCapt
 @pytest.mark.parametrize("ending", quick(["wav", "flac"], ["flac"]))
 def test_a_full_disk_ends_the_take_not_the_session(tmp_path: Path, ending: str) -> None:
     """In the playing process no file may grow beyond 100 kB."""
-    program = f"""
+    program = """
 import json, logging, resource, signal, sys
-sys.path.insert(0, {str(TESTS)!r})
 from pathlib import Path
 from support.live import synth_and_device
 from livebass.live.fake import FakeDevice
@@ -309,11 +306,7 @@ with Recorder(Path(sys.argv[1]), synth) as take:
 print(json.dumps([said, bool(sound.any()), str(take.kept)]))
 """
     file = tmp_path / f"take.{ending}"
-    done = subprocess.run(
-        [sys.executable, "-c", program, str(file)], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    said, sounds, kept = json.loads(done.stdout)
+    said, sounds, kept = json.loads(python_output("-c", program, file, env=module_paths()))
     assert "cannot be written" in said[0] and "playing goes on" in said[0] and sounds
     assert "are kept" in said[1] and kept == str(file) and len(said) == 2
     sound, _ = soundfile.read(file)
@@ -456,8 +449,7 @@ def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_p
     for path in (tmp_path, tmp_path / "nowhere" / "log", "a\0b"):
         with pytest.raises(OutputError, match="cannot be written"):
             LogFile(Path(path))
-    status, _, err = run("play", "--log", tmp_path / "nowhere" / "log")
-    assert_one_clear_line(status, err, (1,))
+    cli_error(run, "play", "--log", tmp_path / "nowhere" / "log", allowed=(1,))
 
 
 def test_what_libraries_print_is_no_line_of_ours() -> None:
@@ -484,7 +476,7 @@ os.close(2)
 with own_stderr():
     pass
 """
-    done = subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True, check=False)
+    done = run_python("-c", program)
     assert done.returncode == 0 and done.stderr.splitlines() == ["one", "two", "three", "four", "five"], done.stderr
 
 
@@ -517,23 +509,17 @@ def test_the_demo_plays_without_a_file_or_a_keyboard(
     assert np.array_equal(score.frames, phrase.frames) and np.array_equal(score.messages, phrase.messages)
     assert style != "techniques" or settings.instrument.player.keys == MODO == settings.load("slap").player.keys
     desk = Desk()
-    synth = Synth(RATE, adaptive=False, desk=desk)
-    synth.switch_to(LiveBass(settings.instrument, QUICK, RATE))
+    _, device = synth_and_device(settings.instrument, adaptive=False, desk=desk)
     desk.load(score)
     desk.rolling = True
-    device, frames = FakeDevice(synth), RATE
     lead = round(LEAD * RATE)
-    heard = np.concatenate([device.block(256) for _ in range((lead + frames) // 256)])[lead:]
-    messages = [
-        (int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True) if m[0] & 0xF0 != 0xC0
-    ]
-    expected = offline(settings.instrument, messages, frames)[: len(heard)]
+    heard = play(device, lead + RATE, 256)[lead:]
+    expected = offline(settings.instrument, [m for m in messages_of(score) if m[1] & 0xF0 != 0xC0], RATE)
     assert np.abs(heard).max() > 0.01 and np.allclose(heard, expected, rtol=1e-4, atol=1e-6)
 
 
 def test_a_demo_and_a_file_are_one_too_many(run: Run) -> None:
-    status, _, err = run("play", "--demo", "--file", "song.mid")
-    assert_one_clear_line(status, err, (2,))
+    err = cli_error(run, "play", "--demo", "--file", "song.mid", allowed=(2,))
     assert "--file and --demo" in err
 
 
@@ -562,10 +548,7 @@ portaudio.output_names = lambda: chatter() or {}
 systemmidi.rtmidi_library = lambda: Rtmidi
 raise SystemExit(run(["devices"]))
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False,
-        env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"},
-    )  # fmt: skip
+    done = run_python("-c", program, env=NO_SERVER)
     assert done.returncode == 0 and not done.stderr, done.stderr
     heading, last = done.stdout.splitlines()[-2:]
     assert heading == "MIDI inputs (--midi)"
@@ -585,12 +568,10 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     synth, device = synth_and_device("slap", adaptive=False)  # the machine may be busy
     gauge = Gauge(synth)
     synth.send(0x90, 30, 127)
-    for _ in range(40):
-        device.block(64)
+    play(device, 40 * 64)
     assert strings(synth) == "F#1(E:2*)"
     synth.send(0x90, 40, 110)
-    for _ in range(4):
-        device.block(64)
+    play(device, 4 * 64)
     assert strings(synth) == "F#1(E:2*) E2(D:2*)"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
@@ -737,8 +718,7 @@ def test_what_belongs_to_channels_is_switched_on_every_one() -> None:
         synth.send(0xB0 | channel, 64, 127)
         synth.send(0x90 | channel, 28 + channel, 90)
     device.block(64)
-    assert synth.bass is not None
-    state = synth.bass.engine.performer["hands"]["state"][0]
+    state = performer_of(synth)["hands"]["state"]
     assert sorted(state[:4].tolist()) == [0, 0, 1, 1]
     let_go(synth)
     device.block(64)
@@ -756,8 +736,7 @@ def test_panic_ends_notes_of_every_channel_and_their_controllers() -> None:
     synth.panic()
     device.block(64)
     assert [m[1:] for m in synth.played()] == [(0xB0 | c, number, 0) for number in (120, 121) for c in range(16)]
-    assert synth.bass is not None
-    p = synth.bass.engine.performer[0]
+    p = performer_of(synth)
     assert not p["hands"]["state"].any()
     for name, default in (("pedal", 0), ("expression", 1.0), ("wheel", 0.0)):
         assert (p["controls"]["channel"][name] == default).all(), name
@@ -821,10 +800,7 @@ def test_a_system_without_single_keys_says_so(
 def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     """Runs the command line after `code`, without a JACK server."""
     program = f"import sys, ctypes.util\n{code}\nfrom livebass.cli import main as cli\ncli.main(sys.argv[1:])"
-    return subprocess.run(
-        [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE,
-        check=False, stdin=subprocess.DEVNULL, env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"},
-    )  # fmt: skip
+    return run_python("-c", program, *arguments, stdin=subprocess.DEVNULL, env=NO_SERVER)
 
 
 NO_EXTRA = "for name in ('sounddevice', 'supriya_midi', 'jack'): sys.modules[name] = None"
@@ -833,23 +809,15 @@ NO_LIBRARY = "ctypes.util.find_library = lambda name: None"
 
 @pytest.mark.parametrize(
     ("code", "backend", "says"),
-    quick(
-        [
-            (NO_EXTRA, "auto", install("live")),
-            (NO_EXTRA, "jack", install("live")),
-            (NO_LIBRARY, "auto", "apt install libportaudio2"),
-            (NO_LIBRARY, "jack", "apt install libjack-jackd2-0"),
-            ("", "auto", "start a JACK server"),
-            ("", "portaudio", "start a JACK server"),
-            ("", "jack", "start one"),
-        ],
-        always=[
-            (NO_EXTRA, "auto", install("live")),
-            (NO_LIBRARY, "auto", "apt install libportaudio2"),
-            (NO_LIBRARY, "jack", "apt install libjack-jackd2-0"),
-            ("", "auto", "start a JACK server"),
-        ],
-    ),
+    [
+        (NO_EXTRA, "auto", install("live")),
+        slow(NO_EXTRA, "jack", install("live")),
+        (NO_LIBRARY, "auto", "apt install libportaudio2"),
+        (NO_LIBRARY, "jack", "apt install libjack-jackd2-0"),
+        ("", "auto", "start a JACK server"),
+        slow("", "portaudio", "start a JACK server"),
+        slow("", "jack", "start one"),
+    ],
 )
 def test_a_machine_without_sound_says_what_to_do(code: str, backend: str, says: str) -> None:
     if not code and backend != "jack" and "channels" in without("", "devices").stdout:

@@ -16,6 +16,7 @@ from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
 from livebass.engine.solve import pluck_event, solve_trial
 from livebass.kernels.bass.instrument import LIVE
+from livebass.lab.analysis.motion import string_shape
 from livebass.lab.paper.cases import CASES
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
@@ -63,12 +64,7 @@ def test_case_b_is_drawn_as_it_is_simulated(quality: str) -> None:
         (sight,) = view_of(engine.bass.address, 1)
         assert sight["frame"] == at and sight["logged"] == voice.record["logged"][0]
         slot = sight["slot"][voice.record["slot"][0]]
-        q = wanted[k, 0, 0]
-        exact = (
-            np.sqrt(2 / trial.speaking.length)
-            * np.sin(np.outer(x, np.arange(1, len(q) + 1)) * np.pi / trial.speaking.length)
-            @ q
-        )
+        exact = string_shape(trial.speaking, wanted[k, 0, 0], x)
         assert abs(shape(slot, x) - exact).max() < 20e-6, times[k]
         assert abs(exact).max() > 1e-3
 

@@ -15,10 +15,11 @@ import mido
 import numpy as np
 import pytest
 from support.costs import quick
-from support.live import RATE, run_ahead
-from support.tabs import as_gp, hard_tab
+from support.live import RATE, performer_of, run_ahead
+from support.messages import messages_of
+from support.tabs import hard_score
 
-from livebass import Quality, load_preset, read_score, read_tab, render_to_array
+from livebass import Quality, load_preset, read_score, render_to_array
 from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
 from livebass.cli.score_bass import basses_of
@@ -116,8 +117,7 @@ def performance(rng: np.random.Generator, mode: str, frames: int, count: int) ->
 
 
 def test_a_take_of_a_tablature_sounds_as_it_was_heard(tmp_path: Path) -> None:
-    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
-    _, score = read_tab(song, RATE)
+    score = hard_score(tmp_path)
     sound, _ = live(tmp_path / "take.mid", score.strokes, score.end_frame + 1)
     assert np.abs(sound).max() > 0.05
     assert np.array_equal(sound, rendered(score, len(sound)))
@@ -127,8 +127,7 @@ def test_a_take_of_a_tablature_sounds_as_it_was_heard(tmp_path: Path) -> None:
 
 
 def test_a_take_of_a_tablature_has_the_keys_that_were_played_to_it(tmp_path: Path) -> None:
-    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
-    _, score = read_tab(song, RATE)
+    score = hard_score(tmp_path)
     keys = [(300, 0x90, 43, 90), (400, 0xB0, 7, 80), (20_000, 0x80, 43, 64), (21_000, 0xE0, 0, 90)]
     played = sorted([*score.strokes, *keys], key=lambda row: row[0])
     sound, _ = live(tmp_path / "take.mid", played, score.end_frame + 1)
@@ -143,7 +142,7 @@ def test_a_take_of_anything_sounds_as_it_was_heard(mode: str, tmp_path: Path) ->
     messages = performance(rng, mode, RATE, 150)
     sound, synth = live(tmp_path / "take.mid", messages, RATE)
     score = read_score(tmp_path / "take.mid", RATE)
-    kept = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    kept = messages_of(score)
     zeroed = [(f, s & 0x8F, k, 64) if s & 0xF0 == 0x90 and not v else (f, s, k, v) for f, s, k, v in messages]
     assert kept[: len(messages)] == zeroed and {m[1] & 0xE0 for m in kept[len(messages) :]} <= {0x80}
     assert np.abs(sound).max() > 0.05
@@ -190,15 +189,7 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
     """
     rng = np.random.default_rng([3, *map(ord, mode)])
     messages = performance(rng, mode, 70_000, 180)
-    moved = [
-        (0xB0, 17, 30),
-        (0xB0, 18, 90),
-        (0xB0, 7, 100),
-        (0xB0, 9, 30),
-        (0xB0, 1, 70),
-        (0xB0, 64, 127),
-        (0xE0, 9, 80),
-    ]
+    moved = [*((0xB0, *move) for move in ((17, 30), (18, 90), (7, 100), (9, 30), (1, 70), (64, 127))), (0xE0, 9, 80)]
     messages = sorted([*messages, *((18_000, *message) for message in moved)], key=lambda m: m[0])
     messages += [(72_000, 0xB0 | c, 120, 0) for c in range(16)]  # all sound off: the old bass has ended
     messages += [(72_000 + 2_000 * k, *m[1:]) for k, m in enumerate(performance(rng, "alike", 1, 20)[2:])]
@@ -248,7 +239,7 @@ def file_of(path: Path, messages: Sequence[tuple[int, bytes]], *texts: str) -> S
 
 
 def rows(score: Score) -> list[tuple[int, ...]]:
-    return [(int(f) * 1000 // RATE, *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    return [(frame * 1000 // RATE, *message) for frame, *message in messages_of(score)]
 
 
 def test_a_pull_off_is_as_hard_as_its_release_velocity(tmp_path: Path) -> None:
@@ -294,8 +285,7 @@ def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path
     messages += [(8000 + 5000 * k, 0x93, 28 + 5 * (k % 4), 60 + 9 * k) for k in range(6)]
     sound, synth = live(tmp_path / "take.mid", messages, 42_000, 256, [(16_000, "slap")])
     assert np.allclose(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)), rtol=0, atol=3e-7)
-    assert synth.bass is not None
-    new, default = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
+    new, default = performer_of(synth), LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
     for field in ("dynamics", "hand_damping", "unevenness", "placed", "ranged", "slapped", "tone"):
         assert new[field] != default[field], field
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command import Run as Command
-from support.command import assert_one_clear_line
+from support.command import cli_error
 
 from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.claims import expect, runs
@@ -361,9 +361,7 @@ def test_bad_input_is_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("mine")
-    status, out, err = run("study", "claims", *arguments)
-    assert_one_clear_line(status, err)
-    assert words in err and not out
+    assert words in cli_error(run, "study", "claims", *arguments)
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 

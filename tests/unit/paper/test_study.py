@@ -17,7 +17,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line, cli_text
+from support.command import Run, cli_error, cli_text
 from support.studies import NAMES, SHORT, shortened
 
 from livebass.engine.solve import solve_trial
@@ -252,14 +252,11 @@ def test_bad_input(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["study", "linear", "-o", "file"], "file: is not a directory", 1),
         (["study", "linear", "-o", "d", "--json", "none/a.json"], "there is no directory", 1),
     ):
-        code, _, err = run(*arguments)
-        assert_one_clear_line(code, err, (status,))
-        assert says in err
+        assert says in cli_error(run, *arguments, allowed=(status,))
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
 def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    code, _, err = run("study", "linear", "-o", tmp_path / "d")
-    assert_one_clear_line(code, err, (1,))
+    err = cli_error(run, "study", "linear", "-o", tmp_path / "d", allowed=(1,))
     assert err.endswith(f"study needs matplotlib: {install('analysis,plots')}\n") and not (tmp_path / "d").exists()

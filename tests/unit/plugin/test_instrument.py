@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.costs import of_each_kind
+from support.command import module_paths, python_output
+from support.costs import of_each_kind, slow
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
@@ -195,20 +193,13 @@ print(accepted)
 """
 
 
-@pytest.mark.parametrize(
-    "cases, presets",
-    [(60, ["paper-g", "slap"]), pytest.param(300, ["paper-g", "slap", "fretless"], marks=pytest.mark.slow)],
-)
+@pytest.mark.parametrize("cases, presets", [(60, ["paper-g", "slap"]), slow(300, ["paper-g", "slap", "fretless"])])
 def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], tmp_path: Path) -> None:
     """Files with a few random words, in a plugin: refused, or played with finite sound."""
     bundle = tmp_path / "livebass.lv2"
     write_bundle({name: load_preset(name) for name in presets}, bundle)
-    done = subprocess.run(
-        [sys.executable, "-c", FUZZ, bundle, str(cases), *presets], capture_output=True, text=True, timeout=300,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr[-2000:]
-    assert 0.3 * cases < int(done.stdout) < 0.8 * cases
+    accepted = int(python_output("-c", FUZZ, bundle, cases, *presets, env=module_paths()))
+    assert 0.3 * cases < accepted < 0.8 * cases
 
 
 INSTRUMENT_PLACE = FILE.fields["instrument"][1]

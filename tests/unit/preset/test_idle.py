@@ -51,68 +51,56 @@ softest = 0.1
 SHARED = 'scale_length = "34 in"\n'
 OWN = 'inharmonicity = 1e-4\nneck.action = "2 mm"\n', 'inharmonicity = 4e-5\nneck.action = "2 mm"\n'
 RESONANT = 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
-CASES = [  # changes of TWO_STRINGS, and the keys that then do nothing
-    ((), {}),
-    (
-        (
-            (SHARED, SHARED + 'action = "1.5 mm"\n'),
-            ("inharmonicity = 1e-4\n", OWN[0]),
-            ("inharmonicity = 4e-5\n", OWN[1]),
-        ),
-        {"neck.action": "every string has its own"},
-    ),
-    (((SHARED, SHARED + 'action = "1.5 mm"\n'), ("inharmonicity = 1e-4\n", OWN[0])), {}),
-    (((SHARED, SHARED + 'action = ["2.2 mm", "1.8 mm"]\n'),), {}),
-    ((("softest = 0.1", 'technique = "slap"'),), {}),
-    ((("softest = 0.1", 'technique = "pluck"'),), {}),
-    (
-        (("softest = 0.1", 'technique = "slap"\nslapped_strings = 0\nstrike_force = 2'),),
-        {"player.technique": "slapped_strings is 0", "player.strike_force": "no string is slapped"},
-    ),
-    (
-        (("softest = 0.1", 'slapped_strings = 1\nstrike_time = "3 ms"'),),
-        {"player.slapped_strings": 'technique is "pluck"', "player.strike_time": "no string is slapped"},
-    ),
-    (
-        (("softest = 0.1", 'technique = "slap"\nslapped_strings = 2\nrounding = "9 mm"\npull_time = "4 ms"'),),
-        {"player.rounding": "strikes every string", "player.pull_time": "strikes every string"},
-    ),
-    (
-        (("inharmonicity = 1e-4", "inharmonicity = 1e-4\nstiffness_ratio = 2"),),
-        {"string[E].stiffness_ratio": "inharmonicity is given"},
-    ),
-    (((SHARED, SHARED + 'free_length = "500 mm"\n'),), {"neck.free_length": "rigid"}),
-    (((SHARED, SHARED + RESONANT + 'free_length = "500 mm"\n'),), {}),
-    (((SHARED, SHARED + 'friction = "300 N/m"\n'),), {"neck.friction": "pluck_angle is 0"}),
-    (((SHARED, SHARED + 'friction = "300 N/m"\n'), ("softest = 0.1", 'pluck_angle = "30 deg"')), {}),
-    (((SHARED, SHARED + 'friction = "300 N/m"\n'), ("softest = 0.1", 'angle_when_hard = "30 deg"')), {}),
-    (((SHARED, SHARED + 'longer_across = "1 mm"\n'),), {"neck.longer_across": "pluck_angle is 0"}),
-    (
-        ((SHARED, SHARED + "stiffness_across = 3\nstop_across = 0.5\n"), ("softest = 0.1", 'pluck_angle = "30 deg"')),
-        {"neck.stiffness_across": "rigid", "neck.stop_across": "stop_conductance is 0"},
-    ),
-    (
-        (
-            (SHARED, SHARED + RESONANT + 'stiffness_across = 3\nstop_across = 0.5\nstop_conductance = "1 mm/s/N"\n'),
-            ("softest = 0.1", 'pluck_angle = "30 deg"'),
-        ),
-        {},
-    ),
-    (((SHARED, SHARED + 'frets = 1\naction = "1 mm"\n'),), {"neck.action": "other keys leave it without effect"}),
-    (
-        (('position = "90 mm"', 'position = "90 mm"\n[[pickup]]\nposition = "60 mm"\nlevel = 0'),),
-        {"pickup[2].position": "level is 0"},
-    ),
-    (
-        (("[player]", '[output]\nkind = "displacement"\nacross = 1\n[coil]\ntone = 0.5\n[player]'),),
-        {"pickup[1].position": "no pickups", "coil.tone": "no pickups", "output.across": "pluck_angle is 0"},
-    ),
-    ((("[player]", '[output]\nsensor = "20 mm"\n[player]'),), {"output.sensor": "no sensor"}),
-    ((("softest = 0.1", "softest = 0.1\n[pick]\nlift = 0.7"),), {"pick.lift": 'stroke is not "pick"'}),
-]
 
 
-def text_of(changes: tuple[tuple[str, str], ...]) -> str:
+def neck(lines: str) -> tuple[str, str]:
+    """The change of TWO_STRINGS that adds lines to its neck."""
+    return SHARED, f"{SHARED}{lines}\n"
+
+
+def player(lines: str) -> tuple[str, str]:
+    """The change of TWO_STRINGS that describes another player."""
+    return "softest = 0.1", lines
+
+
+ACTION, ANGLED, FRICTION = neck('action = "1.5 mm"'), player('pluck_angle = "30 deg"'), neck('friction = "300 N/m"')
+ACROSS = "stiffness_across = 3\nstop_across = 0.5"
+# Changes of TWO_STRINGS, and the keys that then do nothing
+CASES: list[tuple[list[tuple[str, str]], dict[str, str]]] = [
+    ([], {}),
+    ([ACTION, ("inharmonicity = 1e-4\n", OWN[0]), ("inharmonicity = 4e-5\n", OWN[1])],
+     {"neck.action": "every string has its own"}),
+    ([ACTION, ("inharmonicity = 1e-4\n", OWN[0])], {}),
+    ([neck('action = ["2.2 mm", "1.8 mm"]')], {}),
+    ([player('technique = "slap"')], {}),
+    ([player('technique = "pluck"')], {}),
+    ([player('technique = "slap"\nslapped_strings = 0\nstrike_force = 2')],
+     {"player.technique": "slapped_strings is 0", "player.strike_force": "no string is slapped"}),
+    ([player('slapped_strings = 1\nstrike_time = "3 ms"')],
+     {"player.slapped_strings": 'technique is "pluck"', "player.strike_time": "no string is slapped"}),
+    ([player('technique = "slap"\nslapped_strings = 2\nrounding = "9 mm"\npull_time = "4 ms"')],
+     {"player.rounding": "strikes every string", "player.pull_time": "strikes every string"}),
+    ([("inharmonicity = 1e-4", "inharmonicity = 1e-4\nstiffness_ratio = 2")],
+     {"string[E].stiffness_ratio": "inharmonicity is given"}),
+    ([neck('free_length = "500 mm"')], {"neck.free_length": "rigid"}),
+    ([neck(RESONANT + 'free_length = "500 mm"')], {}),
+    ([FRICTION], {"neck.friction": "pluck_angle is 0"}),
+    ([FRICTION, ANGLED], {}),
+    ([FRICTION, player('angle_when_hard = "30 deg"')], {}),
+    ([neck('longer_across = "1 mm"')], {"neck.longer_across": "pluck_angle is 0"}),
+    ([neck(ACROSS), ANGLED], {"neck.stiffness_across": "rigid", "neck.stop_across": "stop_conductance is 0"}),
+    ([neck(RESONANT + ACROSS + '\nstop_conductance = "1 mm/s/N"'), ANGLED], {}),
+    ([neck('frets = 1\naction = "1 mm"')], {"neck.action": "other keys leave it without effect"}),
+    ([('position = "90 mm"', 'position = "90 mm"\n[[pickup]]\nposition = "60 mm"\nlevel = 0')],
+     {"pickup[2].position": "level is 0"}),
+    ([("[player]", '[output]\nkind = "displacement"\nacross = 1\n[coil]\ntone = 0.5\n[player]')],
+     {"pickup[1].position": "no pickups", "coil.tone": "no pickups", "output.across": "pluck_angle is 0"}),
+    ([("[player]", '[output]\nsensor = "20 mm"\n[player]')], {"output.sensor": "no sensor"}),
+    ([player("softest = 0.1\n[pick]\nlift = 0.7")], {"pick.lift": 'stroke is not "pick"'}),
+]  # fmt: skip
+
+
+def text_of(*changes: tuple[str, str]) -> str:
     text = TWO_STRINGS
     for old, new in changes:
         assert old in text
@@ -121,8 +109,8 @@ def text_of(changes: tuple[tuple[str, str], ...]) -> str:
 
 
 @pytest.mark.parametrize(("changes", "expected"), CASES, ids=[f"{i}-{'-'.join(c[1])}" for i, c in enumerate(CASES)])
-def test_idle_keys_are_named_with_a_reason(changes: tuple[tuple[str, str], ...], expected: dict[str, str]) -> None:
-    found = dict(idle_keys(tomllib.loads(text_of(changes))))
+def test_idle_keys_are_named_with_a_reason(changes: list[tuple[str, str]], expected: dict[str, str]) -> None:
+    found = dict(idle_keys(tomllib.loads(text_of(*changes))))
     assert found.keys() == expected.keys()
     for place, why in expected.items():
         assert why in found[place]
@@ -170,8 +158,8 @@ def assert_idle_is_not_heard(data: dict[str, Any], but: set[str]) -> int:
 @pytest.mark.parametrize(
     ("changes", "expected"), [c for c in CASES if c[1]], ids=[",".join(c[1]) for c in CASES if c[1]]
 )
-def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expected: dict[str, str]) -> None:
-    data = tomllib.loads(text_of(changes))
+def test_what_is_idle_is_not_heard(changes: list[tuple[str, str]], expected: dict[str, str]) -> None:
+    data = tomllib.loads(text_of(*changes))
     before = sound(data)
     for given in given_keys(data):
         if given.place in expected:
@@ -180,7 +168,7 @@ def test_what_is_idle_is_not_heard(changes: tuple[tuple[str, str], ...], expecte
 
 def test_every_number_of_a_pick_is_heard_where_it_plucks() -> None:
     table = tomllib.loads(f"[pick]{ALL_KEYS.partition('[pick]')[2]}")["pick"]
-    data = tomllib.loads(text_of((("softest = 0.1", 'stroke = "pick"'),))) | {"pick": table}
+    data = tomllib.loads(text_of(player('stroke = "pick"'))) | {"pick": table}
     before = sound(data)
     for given in (given for given in given_keys(data) if given.key.section == "pick"):
         for raw in list(other_values(given.key, given.raw))[:1]:
@@ -382,7 +370,7 @@ def test_first_edits_of_a_shipped_preset_do_something(name: str) -> None:
 
 def test_check_prints_idle_keys(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text(text_of((("softest = 0.1", 'slapped_strings = 1\nstrike_time = "3 ms"\nstrike_force = 2'),)))
+    file.write_text(text_of(player('slapped_strings = 1\nstrike_time = "3 ms"\nstrike_force = 2')))
     good, first, second = cli_text(run, "presets", "check", file).splitlines()
     assert good.startswith(f"{file}: good; Two strings")
     assert first == f'{file}: player.slapped_strings changes no note: player.technique is "pluck"'
@@ -400,5 +388,5 @@ def test_check_prints_idle_keys(run: Run, tmp_path: Path) -> None:
 )
 def test_a_list_in_the_neck_has_one_value_for_each_string(value: str, says: str) -> None:
     with pytest.raises(PresetError) as error:
-        Builder("f").instrument(tomllib.loads(text_of(((SHARED, f"{SHARED}action = {value}\n"),))))
+        Builder("f").instrument(tomllib.loads(text_of(neck(f"action = {value}"))))
     assert says in str(error.value)

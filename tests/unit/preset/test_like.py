@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line
-from support.presets import STRING_A, STRING_G
+from support.command import Run, cli_error
+from support.presets import STRING_A, STRING_G, load_text
 
 from livebass import load_preset
 from livebass.model.instrument import Instrument
@@ -36,8 +36,7 @@ hardest = 4
 def like(folder: Path, own: str, base: str = BASE) -> Instrument:
     """The bass of a file based on `base`."""
     (folder / "base.toml").write_text(base)
-    (folder / "mine.toml").write_text('like = "base.toml"\n' + own)
-    return load_preset(folder / "mine.toml")
+    return load_text(folder, 'like = "base.toml"\n' + own)
 
 
 def write(folder: Path, *changes: tuple[str, str]) -> Instrument:
@@ -46,14 +45,12 @@ def write(folder: Path, *changes: tuple[str, str]) -> Instrument:
     for old, new in changes:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    (folder / "whole.toml").write_text(text)
-    return load_preset(folder / "whole.toml")
+    return load_text(folder, text, "whole.toml")
 
 
 def test_a_file_that_says_nothing_more_is_the_other_bass(tmp_path: Path) -> None:
     assert like(tmp_path, "") == write(tmp_path)
-    (tmp_path / "shipped.toml").write_text('like = "slap"\n')
-    assert load_preset(tmp_path / "shipped.toml") == load_preset("slap")
+    assert load_text(tmp_path, 'like = "slap"\n') == load_preset("slap")
 
 
 @pytest.mark.parametrize(
@@ -61,10 +58,7 @@ def test_a_file_that_says_nothing_more_is_the_other_bass(tmp_path: Path) -> None
     [
         ('name = "Mine"\ncapo = 1\n', [('name = "Base"', 'name = "Mine"\ncapo = 1')]),
         ('[neck]\nrelief = "0.2 mm"\n', [('[neck]', '[neck]\nrelief = "0.2 mm"'), (', relief = "0.1 mm"', "")]),
-        (
-            '[neck]\naction = "2 mm"\n',
-            [('["2.4 mm", "2.2 mm"]', '"2 mm"'), ('action = "1.9 mm", ', "")],
-        ),
+        ('[neck]\naction = "2 mm"\n', [('["2.4 mm", "2.2 mm"]', '"2 mm"'), ('action = "1.9 mm", ', "")]),
         (
             '[[string]]\nname = "g"\nneck.action = "1.8 mm"\nneck.nut_height = "0.6 mm"\n',
             [('action = "1.9 mm"', 'action = "1.8 mm", nut_height = "0.6 mm"')],
@@ -146,9 +140,8 @@ def test_paths_go_from_the_file_that_has_them(tmp_path: Path, monkeypatch: pytes
     ],
 )  # fmt: skip
 def test_faults_are_one_line_that_names_the_file_and_the_key(tmp_path: Path, own: str, says: str) -> None:
-    (tmp_path / "mine.toml").write_text(own)
     with pytest.raises(PresetError) as caught:
-        load_preset(tmp_path / "mine.toml")
+        load_text(tmp_path, own)
     assert says in str(caught.value) and str(caught.value).isprintable()
 
 
@@ -162,5 +155,4 @@ def test_the_commands_take_such_a_file(run: Run, tmp_path: Path) -> None:
     assert "neck.frets" not in out and "# Not set above, so at the default:" in out
     assert "like" not in preset_tables(mine)[1] and "#   output.across" in preset_text(mine)
     mine.write_text('like = "jazz-finger"\n[neck]\naction = "1.5 mm"\nfriction = "1 N/mm"\n')
-    status, _, err = run("presets", "check", mine)
-    assert_one_clear_line(status, err, (1, 2))
+    cli_error(run, "presets", "check", mine)

@@ -1,8 +1,5 @@
 """Presets: every fault gives one line naming the key, its value and the allowed ones; loaded ones can be played."""
 
-import os
-import subprocess
-import sys
 from dataclasses import MISSING, fields, replace
 from functools import cache
 from pathlib import Path
@@ -11,8 +8,10 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support.command import python_output
 from support.examples import costly
 from support.presets import STRING_A, STRING_G
+from support.presets import load_text as load
 
 from livebass.model.instrument import note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
@@ -51,18 +50,12 @@ RESONANT = GEOMETRY + 'resonance_frequencies = ["150 Hz"]\nresonance_qualities =
 shipped = cache(load_preset)
 
 
-def load(folder: Path, text: str | bytes) -> Any:
-    path = folder / "my.toml"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return load_preset(path)
-
-
 def message(folder: Path, text: str | bytes) -> str:
     with pytest.raises(PresetError) as caught:
         load(folder, text)
     said = str(caught.value)
     assert said.isprintable(), said
-    assert "my.toml: " in said
+    assert "mine.toml: " in said
     return said
 
 
@@ -83,6 +76,7 @@ STIFF = 'core_diameter = "2 mm"\nstiffness_ratio = 10\ncore_modulus = "500 GPa"'
 PICKUP = 'position = "90 mm"\n'
 B = "inharmonicity = 1e-4"
 NOTE = 'open_note = "A1"\nlinear_density = "23.88 g/m"\ntension = "215.5 N"'
+CONTROLLER = "player.position_controller must be a whole number from 0 to 119 except 6, 7, 11, 38, 64"
 CHANGES = [  # text to replace in GOOD, its replacement, and the required message
     ('tension = "215.5 N"', 'tenson = "215.5 N"', ["string[A].tenson", "unknown key", "nearest: tension"]),
     ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
@@ -179,16 +173,9 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
         ['neck.susceptance_values = "0.2 m/s/N"', "shifts mode 1 at fret 0 by more than 5 %", "allowed up to 0.1"],
     ),
     (GEOMETRY, GEOMETRY + 'free_length = "5 mm"\n', ["neck.free_length", "10 mm to 1500 mm"]),
-    ("[[string]]", "[string]", ["my.toml"]),
+    ("[[string]]", "[string]", ["mine.toml"]),
     *(
-        (
-            'technique = "pluck"',
-            f"position_controller = {number}",
-            [
-                "player.position_controller must be a whole number from 0 to 119 except 6, 7, 11, 38, 64",
-                f"not {number}",
-            ],
-        )
+        ('technique = "pluck"', f"position_controller = {number}", [CONTROLLER, f"not {number}"])
         for number in (6, 7, 11, 38, 64, 98, 99, 100, 101, 120, 121, 127, 128, -1)
     ),
     ('technique = "pluck"', "position_controller = 1.0", ["player.position_controller must be", "whole number"]),
@@ -656,10 +643,5 @@ def test_a_bass_is_the_same_whatever_linear_algebra_the_processor_has() -> None:
         "for name in ('fretless', 'jazz-finger'):\n"
         "    print(hashlib.sha256(image_file(load_preset(name))).hexdigest())\n"
     )
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", code], env=os.environ | {"OPENBLAS_CORETYPE": core}, capture_output=True, check=True
-        ).stdout
-        for core in ("Prescott", "Haswell", "SkylakeX")
-    }
-    assert len(found) == 1
+    cores = ("Prescott", "Haswell", "SkylakeX")
+    assert len({python_output("-c", code, env={"OPENBLAS_CORETYPE": core}) for core in cores}) == 1

@@ -26,10 +26,8 @@ EARLIER = {"neck.relief": "0.5 mm", "string.0.level": 0.9, "pick.lift": None, "p
 def second(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """As if jazz-finger had been worked on: the present one is its third revision."""
     present = revisions.revisions()["jazz-finger"]
-    before = {
-        "1": {"digest": "", "changed": {"neck.frets": 21}},
-        "2": {"digest": "", "changed": EARLIER},
-    }
+    changes = {"1": {"neck.frets": 21}, "2": EARLIER}
+    before = {number: {"digest": "", "changed": changed} for number, changed in changes.items()}
     made = revisions.revisions() | {"jazz-finger": {**present, "revision": 3, "before": before}}
     monkeypatch.setattr(revisions, "revisions", lambda: made)
     _as_shipped.cache_clear()

@@ -8,18 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command import Run
+from support.presets import load_text as of
 
 from livebass import load_preset
 from livebass.model.bench import change_bass
-from livebass.model.instrument import Instrument
 from livebass.preset.build import PresetError
 from livebass.preset.keys import KEYS
 from livebass.rows.techniques import PARAMETER_ROWS, SLIDER_ROWS
-
-
-def of(folder: Path, text: str, name: str = "mine.toml") -> Instrument:
-    (folder / name).write_text(text)
-    return load_preset(folder / name)
 
 
 def test_each_parameter_that_a_sound_keeps_is_a_key() -> None:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import scipy.integrate
 from support import strings
+from support.costs import slow
 from support.modal import Modal, bare_string, from_rest, modal
 
-from livebass.lab.reference import playing
 from livebass.lab.reference.hands import Finger
 from livebass.lab.reference.playing import hand_shape, play
 from livebass.model.instrument import Pluck, on_grid
@@ -19,12 +19,6 @@ from livebass.model.trial import Trial, initial_amplitudes
 from livebass.rows.arrays import Floats
 
 SECONDS = 0.02
-
-
-@pytest.fixture
-def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
-    monkeypatch.setattr(playing, "YIELDING", 0)
 
 
 def damp(s: Modal, fingers: list[Finger]) -> Floats:
@@ -70,7 +64,7 @@ def test_the_motion_is_that_of_the_continuous_system(fingers: list[Finger]) -> N
         assert 3.5 < coarse / fine < 4.5, errors
 
 
-@pytest.mark.parametrize("resistance", [pytest.param(0.5, marks=pytest.mark.slow), 2.0, 8.0])
+@pytest.mark.parametrize("resistance", [slow(0.5), 2.0, 8.0])
 @pytest.mark.usefixtures("discrete")
 def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
     """The first 5 eigenmodes of a G string under a finger at its third, each released alone."""

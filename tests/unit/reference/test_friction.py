@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from support import strings
+from support.motion import free_modes
 from support.strings import oblique
 
 from livebass.lab.reference.laws import sat, solve_friction
@@ -40,12 +41,8 @@ def test_v_swings_freely_where_nothing_touches() -> None:
     trial = oblique(strings.case_b(40, 8e6, 0.02), 0.7, 0.5e-3)
     motion = solve(trial)
     assert motion.contact_step.size == 0 and motion.across_m is not None
-    s, t = trial.speaking, motion.time_s
-    sigma, natural = modes.dampings(s, 40), 2 * math.pi * modes.frequencies(s, 40)
-    omega = np.sqrt(natural**2 - sigma**2)
-    swing = np.cos(np.outer(t, omega)) + sigma / omega * np.sin(np.outer(t, omega))
-    amplitudes = np.exp(-np.outer(t, sigma)) * swing * initial_amplitudes_across(trial)
-    exact = amplitudes @ modes.shapes(s, 40, np.array([trial.sensor]))[0]
+    s, q = trial.speaking, initial_amplitudes_across(trial)
+    exact = free_modes(s, q, motion.time_s) @ modes.shapes(s, 40, np.array([trial.sensor]))[0]
     assert np.abs(motion.across_m - exact).max() < 1e-10 * np.abs(exact).max()
 
 

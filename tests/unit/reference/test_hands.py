@@ -10,7 +10,6 @@ import pytest
 from support import strings
 from support.strings import oblique
 
-from livebass.lab.reference import playing
 from livebass.lab.reference.hands import Finger, Hand, Mass, Stop, hammer, hold_still, landing, lift
 from livebass.lab.reference.playing import Played, play
 from livebass.lab.reference.solver import solve
@@ -35,12 +34,6 @@ MASSES = (
 SETS: dict[str, tuple[Hand, ...]] = {
     "fingers": FINGERS, "stops": STOPS, "masses": MASSES, "all": (*MASSES, *STOPS, *FINGERS),
 }  # fmt: skip
-
-
-@pytest.fixture
-def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
-    monkeypatch.setattr(playing, "YIELDING", 0)
 
 
 def rough(modes: int = 23, rate: float = 2e5) -> Trial:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support import strings
 from support.costs import quick
+from support.motion import free_modes
 from support.places import SHARED
 
 from livebass.lab.reference.plan import make_plan, static_compliance
@@ -96,12 +97,7 @@ def test_free_motion_is_the_exact_modal_solution(contact_rate: float, output_rat
     )  # too soft to touch a fret
     motion = solve(trial)
     s, t = trial.speaking, np.arange(trial.samples) / output_rate
-    sigma, natural = modes.dampings(s, 40), 2 * math.pi * modes.frequencies(s, 40)
-    omega = np.sqrt(natural**2 - sigma**2)
-    swing = np.cos(np.outer(t, omega)) + sigma / omega * np.sin(np.outer(t, omega))
-    exact = (np.exp(-np.outer(t, sigma)) * swing * initial_amplitudes(trial)) @ modes.shapes(
-        s, 40, np.array([trial.sensor])
-    )[0]
+    exact = free_modes(s, initial_amplitudes(trial), t) @ modes.shapes(s, 40, np.array([trial.sensor]))[0]
     assert motion.contact_step.size == 0
     np.testing.assert_array_equal(motion.time_s, t)
     error = np.max(np.abs(motion.displacement_m - exact)) / np.max(np.abs(exact))

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support import strings
+from support.costs import slow
 from support.modal import Modal, bare_string, from_rest, hammer_string, handover, modal, shorten, third_octaves
 
-from livebass.lab.reference import playing
 from livebass.lab.reference.hands import Finger, Path, Stop, follow, hammer, hold_still, landing
 from livebass.lab.reference.playing import Played, play
 from livebass.lab.reference.solver import solve
@@ -22,12 +22,6 @@ from livebass.rows.arrays import Floats
 RATE = 96000.0
 HEARD = 0.15  # m from the saddle
 LIGHT = 1e-9  # inharmonicity of a string that does not bend past its stop
-
-
-@pytest.fixture
-def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
-    monkeypatch.setattr(playing, "YIELDING", 0)
 
 
 @pytest.mark.parametrize("path", [hammer(-1e-3, 0.5), landing(-1e-3, 2e-3)], ids=["hammer", "landing"])
@@ -170,10 +164,7 @@ def assert_alike(played: Played, velocity: Floats, mean: float, worst: float, wi
 PATHS = {"landing": landing(-0.9e-3, 2e-3), "hammer": hammer(-0.9e-3, 1.2)}
 
 
-OTHERS = [pytest.param("landing", 2, marks=pytest.mark.slow), pytest.param("hammer", 5, marks=pytest.mark.slow)]
-
-
-@pytest.mark.parametrize("path, fret", [("landing", 12), ("hammer", 2), *OTHERS])
+@pytest.mark.parametrize("path, fret", [("landing", 12), ("hammer", 2), slow("landing", 2), slow("hammer", 5)])
 def test_hammer_on_in_motion(fret: int, path: str) -> None:
     """A string that does not bend past its stop moves as in the modes of the shorter length."""
     played, _, velocity = hammer_on(Stroke(fret=fret), PATHS[path])

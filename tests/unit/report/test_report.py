@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 import sys
 
 import numpy as np
 import pytest
+from support.command import python_output
 
 from livebass.report.page import html_page
 from livebass.report.picture import check_plots, figure, image
@@ -74,5 +74,4 @@ def test_importing_the_room_loads_neither_matplotlib_nor_jinja() -> None:
         "import sys, livebass.report.text, livebass.report.picture, livebass.report.page, livebass.report.progress; "
         "print({'matplotlib', 'jinja2', 'numba'} & set(sys.modules))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"
+    assert python_output("-c", program) == "set()\n"

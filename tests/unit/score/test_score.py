@@ -11,21 +11,18 @@ from pathlib import Path
 import mido
 import numpy as np
 import pytest
+from support.messages import messages_of
 from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck
 
 from livebass import Quality, load_preset, render_to_array
 from livebass.kernels.score.memory import TIMED
 from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
-from livebass.score.score import Score, clean_events, score_of, single_note
+from livebass.score.score import clean_events, score_of, single_note
 from livebass.score.smf import parse_smf
 from livebass.score.tracknames import decode, is_bass
 
 RATE = 48000
-
-
-def rows(score: Score) -> list[tuple[int, ...]]:
-    return [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
 
 
 def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
@@ -40,7 +37,8 @@ def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
         b"\x00\xff\x2f\x00"
     )
     score = read(tmp_path, smf(track, kind=0))
-    assert rows(score) == [(0, 0x90, 40, 100), (48000, 0x80, 40, 64), (48000, 0x90, 43, 80), (72000, 0x80, 43, 64)]
+    played = [(0, 0x90, 40, 100), (48000, 0x80, 40, 64), (48000, 0x90, 43, 80), (72000, 0x80, 43, 64)]
+    assert messages_of(score) == played
     assert (score.notes, score.end_frame, score.name, score.rate, score.program) == (2, 72000, "song", RATE, 33)
     assert score.frames.dtype == np.int64 and score.messages.dtype == np.uint8
 
@@ -95,7 +93,7 @@ def test_events_of_one_frame_are_ordered(tmp_path: Path) -> None:
         b"\x00\xb0\x40\x7f"  # pedal
         b"\x83\x60\x80\x28\x40" + END
     )
-    assert [r[:3] for r in rows(read(tmp_path, smf(line)))] == [
+    assert [r[:3] for r in messages_of(read(tmp_path, smf(line)))] == [
         (0, 0x90, 40), (24000, 0xB0, 64), (24000, 0x80, 40), (24000, 0x90, 40), (48000, 0x80, 40),
     ]  # fmt: skip
 
@@ -293,7 +291,7 @@ def test_agrees_with_another_reader() -> None:
 
 
 def test_single_note() -> None:
-    assert rows(single_note(43, 110, 3.0, RATE)) == [(0, 0x90, 43, 110), (144000, 0x80, 43, 64)]
+    assert messages_of(single_note(43, 110, 3.0, RATE)) == [(0, 0x90, 43, 110), (144000, 0x80, 43, 64)]
     assert single_note(43, 110, 0.0, RATE).end_frame == 48
 
 
@@ -341,7 +339,7 @@ def test_without_a_bass_program_a_track_called_bass_is_played(tmp_path: Path, na
         assert "no track is called bass" in score.remarks[0]
         return
     assert struck(score) == [40, 43] and score.program is None
-    assert rows(score)[1] == (4800, 0x80, 40, 0)  # 96 ticks of 480 a quarter
+    assert messages_of(score)[1] == (4800, 0x80, 40, 0)  # 96 ticks of 480 a quarter
     (remark,) = score.remarks
     assert remark.endswith(f'plays the track called "{name.decode()}"') and "33 to 40" in remark
 
@@ -413,7 +411,7 @@ def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Pa
     at = data.rindex(b"MTrk") + 4
     for claimed in (len(LINE) + 1, 2**32 - 1):
         score = read(tmp_path, data[:at] + claimed.to_bytes(4) + data[at + 4 :])
-        assert struck(score) == [40, 40] and len(rows(score)) == len(rows(read(tmp_path, data)))
+        assert struck(score) == [40, 40] and len(messages_of(score)) == len(messages_of(read(tmp_path, data)))
         assert score.remarks == (f"track 2 of 2 is {claimed - len(LINE)} bytes shorter than it says",)
     whole = data[: -len(END)]  # a file cut between two events
     assert read(tmp_path, whole).remarks == ("track 2 of 2 is 4 bytes shorter than it says",)
@@ -426,10 +424,8 @@ def guitar(*more: tuple[int, tuple[int, ...]], mode: tuple[tuple[int, int], ...]
     """Notes on channels 1 to 4, joined into one instrument by a mode on channel 1, and the events `more`."""
     rows: list[tuple[int, tuple[int, ...]]] = [(0, (0xB0, *message)) for message in mode]
     for channel, key in enumerate((43, 38, 33, 28)):
-        rows += [
-            *note_of(channel, key, 100 * channel, 100 * channel + 80),
-            (100 * channel + 40, (0xE0 | channel, 0, 80)),
-        ]
+        begin = 100 * channel
+        rows += [*note_of(channel, key, begin, begin + 80), (begin + 40, (0xE0 | channel, 0, 80))]
     return smf(events(*sorted([*rows, *more], key=lambda row: row[0])))
 
 

@@ -7,11 +7,10 @@ from fractions import Fraction as F
 
 import mido
 import pytest
-from support.tabs import beats, note, tab
+from support.tabs import beats, note, play, tab
 
 from livebass.tab.messages import SEMITONES, Strings, to_midi
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, OUT_DOWN, OUT_UP, SHIFT, Beat, Tab
-from livebass.tab.perform import perform
 
 OPENS = (28, 33, 38, 43)
 KEYS = {
@@ -24,8 +23,7 @@ Row = tuple[str, int, int, int]  # kind, channel, number, value
 
 def write(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[list[tuple[float, Row]], dict[str, int]]:
     """The messages (s, message) behind the mode, and what is left out."""
-    performance = perform(piece, piece.tracks[0])
-    midi, lacks = to_midi(performance, piece.bars, Strings(OPENS, frets, keys), [], 0.0)
+    midi, lacks = to_midi(play(piece), piece.bars, Strings(OPENS, frets, keys), [], 0.0)
     file = mido.MidiFile(file=io.BytesIO(midi))
     found, ticks = [], 0
     for m in file.tracks[1]:

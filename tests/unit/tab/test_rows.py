@@ -8,36 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.tabs import beats, hard_tab, note, tab
+from support.tabs import beats, hard_tab, note, play, tab
 
 from livebass.cli.hands import SOUND, Loader
 from livebass.engine.engine import Engine
-from livebass.kernels.player import controls
+from livebass.kernels.player import controls, words
 from livebass.kernels.player.performer import FREE, HELD
-from livebass.kernels.player.words import (
-    FRET,
-    KIND_BIT,
-    LOUDER,
-    NO_DYNAMICS,
-    PARTIAL,
-    STRING,
-    STRING_REST,
-    STRING_WHEEL,
-    STROKE,
-    STROKE_END,
-    VELOCITY,
-    field,
-    joined,
-    row_of,
-    word_of,
-)
 from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW, TOUCH_EVENT
 from livebass.model.keymap import MODO, MODO_12, KeyMap
 from livebass.model.quality import QUALITIES
 from livebass.rows.techniques import DYNAMICS, PARAMETER, PICKED, TECHNIQUE, TECHNIQUE_ROWS
 from livebass.score.takes import strokes_of, text_of_stroke
 from livebass.tab.model import ARTIFICIAL, NATURAL, OUT_UP, SHIFT, Tab
-from livebass.tab.perform import perform
 from livebass.tab.rows import to_rows
 
 RATE = 48000
@@ -58,10 +40,10 @@ def prepare(keys: KeyMap = MODO) -> Engine:
 
 def events_of(piece: Tab, engine: Engine, dynamics: float = 0.0) -> NDArray[np.void]:
     """The events that a tablature becomes."""
-    performance = perform(piece, piece.tracks[0])
+    performance = play(piece)
     rows, _ = to_rows(performance, BASS.frets, dynamics)
     frames = [performance.tempos.frame(at, RATE) for at, _ in rows]
-    return engine.play_words(np.array(frames), np.array([word_of(*event) for _, event in rows]))
+    return engine.play_words(np.array(frames), np.array([words.word_of(*event) for _, event in rows]))
 
 
 def kinds_on(events: NDArray[np.void], string: int) -> set[int]:
@@ -70,25 +52,31 @@ def kinds_on(events: NDArray[np.void], string: int) -> set[int]:
 
 def test_a_stroke_has_its_string_fret_and_force_and_ends() -> None:
     piece = tab(beats(note(1, 3, velocity=80), note(2, 0)))
-    rows, lacks = to_rows(perform(piece, piece.tracks[0]), 20, 0.0)
+    rows, lacks = to_rows(play(piece), 20, 0.0)
     (at, (kind, number, value)), (end, ended), (after, _), _ = rows
-    assert (at, end, after) == (0, 3840, 3840) and (kind, ended[0]) == (STROKE, STROKE_END) and not lacks
-    assert [field(number, place) for place in (STRING, FRET, VELOCITY)] == [1, 3, 80]
-    assert field(int(value), LOUDER) == NO_DYNAMICS and field(ended[1], STRING) == 1
+    assert (at, end, after) == (0, 3840, 3840) and (kind, ended[0]) == (words.STROKE, words.STROKE_END) and not lacks
+    assert [words.field(number, place) for place in (words.STRING, words.FRET, words.VELOCITY)] == [1, 3, 80]
+    assert words.field(int(value), words.LOUDER) == words.NO_DYNAMICS and words.field(ended[1], words.STRING) == 1
 
 
 def test_the_left_hand_leads_on_without_an_end() -> None:
     piece = tab(beats(note(1, 3, hammer=True), note(1, 5)), beats(note(3, 9, slides=frozenset([OUT_UP]))))
-    kinds = [event[0] for _, event in to_rows(perform(piece, piece.tracks[0]), 20, 0.0)[0]]
-    assert kinds == [STROKE, STROKE, STROKE_END, STROKE, STROKE_END], "the last end slides off"
+    kinds = [event[0] for _, event in to_rows(play(piece), 20, 0.0)[0]]
+    assert kinds == [words.STROKE, words.STROKE, words.STROKE_END, words.STROKE, words.STROKE_END], (
+        "the last end slides off"
+    )
 
 
 def test_a_stroke_repeats_what_a_jump_would_miss() -> None:
     """A string that stays bent for two notes, so that a loop may begin with either."""
     bent = ((0.0, 2.0), (1.0, 2.0))
     piece = tab(beats(note(2, 5, bend=bent), note(2, 5, bend=bent), note(2, 5)))
-    rows = to_rows(perform(piece, piece.tracks[0]), 20, 0.0)[0]
-    assert [(at, event[2]) for at, event in rows if event[0] == STRING_WHEEL] == [(0, 1365), (3840, 1365), (7680, 0)]
+    rows = to_rows(play(piece), 20, 0.0)[0]
+    assert [(at, event[2]) for at, event in rows if event[0] == words.STRING_WHEEL] == [
+        (0, 1365),
+        (3840, 1365),
+        (7680, 0),
+    ]
 
 
 @pytest.mark.parametrize("keys", [NO_KEYS, MODO_12])
@@ -136,12 +124,10 @@ def test_the_next_stroke_without_a_palm_lifts_it_from_all_strings() -> None:
 @pytest.mark.parametrize("fret, harmonic", [(5, ARTIFICIAL), (12, ARTIFICIAL), (0, NATURAL)])
 def test_a_harmonic_is_touched_at_its_node(node: float, partial: int, fret: int, harmonic: str) -> None:
     piece = tab(beats(note(1, fret, harmonic=harmonic, node=node)))
-    performance = perform(piece, piece.tracks[0])
-    rows, lacks = to_rows(performance, 20, 0.0)
-    assert field(int(rows[0][1][2]), PARTIAL) == partial and not lacks
+    rows, lacks = to_rows(play(piece), 20, 0.0)
+    assert words.field(int(rows[0][1][2]), words.PARTIAL) == partial and not lacks
     engine = prepare()
-    frames, words = np.zeros(1, np.int64), np.array([word_of(*rows[0][1])])
-    events = engine.play_words(frames, words)
+    events = engine.play_words(np.zeros(1, np.int64), np.array([words.word_of(*rows[0][1])]))
     (touch,) = events[events["kind"] == TOUCH_EVENT]
     length = BASS.strings[1].length / 2 ** (fret / 12)
     assert touch["place"] == pytest.approx(length * (1 - 1 / partial), rel=1e-3)
@@ -168,13 +154,13 @@ def test_dynamics_are_exact() -> None:
 def test_a_string_at_rest_has_nothing_left() -> None:
     engine = prepare()
     piece = tab(beats(note(1, 3, palm=True, vibrato=1.0, bend=((0.0, 1.0), (1.0, 1.0)))))
-    rows, _ = to_rows(perform(piece, piece.tracks[0]), BASS.frets, 0.0)
-    begun = np.array([word_of(*event) for _, event in rows if event[0] != STROKE_END])
+    rows, _ = to_rows(play(piece), BASS.frets, 0.0)
+    begun = np.array([words.word_of(*event) for _, event in rows if event[0] != words.STROKE_END])
     engine.play_words(np.zeros(len(begun), np.int64), begun)
     p = engine.performer[0]
     assert p["hands"]["state"][1] == HELD and p["controls"]["string_bend"][1] > 0.9
     assert p["hands"]["palmed"] == 1 << 1 and p["hands"]["string_vibrato"][1] == 127 and p["controls"]["palm"] == 0
-    engine.play_words(np.array([10]), np.array([word_of(STRING_REST, 1, 0.0)]))
+    engine.play_words(np.array([10]), np.array([words.word_of(words.STRING_REST, 1, 0.0)]))
     assert p["hands"]["state"][1] == FREE and p["controls"]["string_bend"][1] == 0
     assert p["hands"]["palmed"] == 0 == p["hands"]["string_vibrato"][1]
 
@@ -183,36 +169,40 @@ def test_keys_and_strokes_end_their_own_notes() -> None:
     engine = prepare()
     engine.send(np.array([0]), np.array([[0x90, 36, 90]]))
     string = int(engine.performer["hands"]["latest"][0])
-    engine.play_words(np.array([5]), np.array([word_of(STROKE_END, joined({STRING: string}), 0.0)]))
+    engine.play_words(
+        np.array([5]), np.array([words.word_of(words.STROKE_END, words.joined({words.STRING: string}), 0.0)])
+    )
     assert engine.performer["hands"]["state"][0, string] == HELD
 
 
 def test_any_word_is_harmless() -> None:
     """Takes and pages may hold any bits: no string, fret or technique beyond the bass's is touched."""
     rng, engine = np.random.default_rng(8), prepare()
-    words = rng.integers(0, 1 << 24, 3000) | rng.integers(STROKE, STRING_REST + 1, 3000) << KIND_BIT
+    sent = rng.integers(0, 1 << 24, 3000) | rng.integers(words.STROKE, words.STRING_REST + 1, 3000) << words.KIND_BIT
     values = rng.integers(0, 1 << 32, 3000, dtype=np.uint32)
     values[::2] = rng.integers(0, 1 << 24, 1500).astype(np.float32).view(np.uint32)
-    words |= values.view(np.int32).astype(np.int64) << 32
-    events = engine.play_words(np.sort(rng.integers(0, RATE, 3000)), words)
+    sent |= values.view(np.int32).astype(np.int64) << 32
+    events = engine.play_words(np.sort(rng.integers(0, RATE, 3000)), sent)
     assert len(events) > 300 and (events["string"] < 4).all() and (events["fret"] <= BASS.frets).all()
     assert engine.performer["switched"][0].sum() == 0
     assert all(np.isfinite(events[name]).all() for name in EVENT.names or () if name != "value")
 
 
 def test_a_row_is_a_word_and_back() -> None:
-    for row in [(0x93, 40, 90), (STROKE, 0xABCDEF, 1234567.0), (STRING_WHEEL, 3, -8192.0)]:
-        assert row_of(word_of(*row)) == row
+    for row in [(0x93, 40, 90), (words.STROKE, 0xABCDEF, 1234567.0), (words.STRING_WHEEL, 3, -8192.0)]:
+        assert words.row_of(words.word_of(*row)) == row
     with pytest.raises(ValueError, match="3 bits"):
-        joined({STRING: 8})
+        words.joined({words.STRING: 8})
 
 
 def test_a_take_keeps_rows_as_texts() -> None:
-    rows = [(10, STROKE, 48664, 8388611.0), (20, STRING_WHEEL, 2, -300.0), (30, STROKE_END, 1, 0.0)]
+    rows = [(10, words.STROKE, 48664, 8388611.0), (20, words.STRING_WHEEL, 2, -300.0), (30, words.STROKE_END, 1, 0.0)]
     texts = [(frame, text_of_stroke(*row)) for frame, *row in rows]
     others = [(40, "livebass plays {}"), (50, texts[0][1] + " ")]
-    held = field(rows[0][2], STRING)
-    assert strokes_of([*texts, *others], 60) == (*rows, (60, STROKE_END, held, 0.0)), "the end of the first stroke"
+    held = words.field(rows[0][2], words.STRING)
+    assert strokes_of([*texts, *others], 60) == (*rows, (60, words.STROKE_END, held, 0.0)), (
+        "the end of the first stroke"
+    )
 
 
 def test_every_technique_has_its_number() -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 from support.tabs import WRITERS as ALL
-from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, tab, zip_files
+from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, play, tab, zip_files
 
 from livebass.score.reading import ScoreError
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Beat, Grace, Tab, Tempo
-from livebass.tab.perform import Performance, perform
+from livebass.tab.perform import Performance
 from livebass.tab.reading import TabRequest, parse, table
 
 WRITERS = {"gp5": as_gp5, "gp": as_gp, "musicxml": as_musicxml}
@@ -139,10 +139,6 @@ def in_zip(gpif: bytes) -> bytes:
     return zip_files({"Content/score.gpif": gpif})
 
 
-def play(piece: Tab) -> Performance:
-    return perform(piece, piece.tracks[0])
-
-
 @pytest.mark.parametrize("kind", WRITERS)
 @pytest.mark.parametrize("song", SONGS)
 def test_a_song_is_played_as_it_is_written(song: str, kind: str) -> None:
@@ -255,11 +251,16 @@ def test_triplets_stay_even_in_a_swung_bar(kind: str) -> None:
     assert times == pytest.approx([0, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1], abs=1e-3)
 
 
-TUNING = "".join(
-    f'<staff-tuning line="{line}"><tuning-step>{step}</tuning-step><tuning-octave>{"1122"[line - 1]}</tuning-octave>'
-    "</staff-tuning>"
-    for line, step in enumerate("EADG", 1)
-)
+def tuned(*notes: str) -> str:
+    """The tuning of a staff."""
+    return "".join(
+        f'<staff-tuning line="{line}"><tuning-step>{step}</tuning-step><tuning-octave>{octave}</tuning-octave>'
+        "</staff-tuning>"
+        for line, (step, octave) in enumerate(notes, 1)
+    )
+
+
+TUNING, HIGH = tuned("E1", "A1", "D2", "G2"), tuned("E2", "A2", "D3", "G3")
 HEAD = '<score-partwise><part-list><score-part id="P"><part-name>Bass</part-name></score-part></part-list><part id="P">'
 
 
@@ -345,11 +346,6 @@ BACK = '<repeat direction="backward"/>'
 SIGNATURE = "<attributes><time><beats>4</beats><beat-type>4</beat-type></time></attributes>"
 JUMP = '<direction><sound {}="a"/></direction>'
 GRACE = "<note><grace/><pitch><step>C</step><octave>2</octave></pitch><type>eighth</type></note>"
-HIGH = "".join(
-    f'<staff-tuning line="{line}"><tuning-step>{step}</tuning-step><tuning-octave>{octave}</tuning-octave>'
-    "</staff-tuning>"
-    for line, (step, octave) in enumerate(("E2", "A2", "D3", "G3"), 1)
-)
 # What programs write beyond tablature -> (s, string, fret) of each stroke
 WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
     "a fifth string for low pitches": (scored(plain("D", 1, 8) + ""), [(0, 0, 3)]),

@@ -12,6 +12,7 @@ from support.tabs import as_gp, as_gp5, as_gpx, as_musicxml, beats, note, tab
 from livebass.cli.hands import SOUND, Loader
 from livebass.engine.engine import Engine
 from livebass.engine.render import render_to_array
+from livebass.model.instrument import note_frequency
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
 from livebass.rows.arrays import Floats
@@ -45,7 +46,7 @@ def level(sound: Floats, begin: float, end: float) -> float:
 
 
 def cents_off(sound: Floats, begin: float, end: float, key: float) -> float:
-    part, hertz = sound[round(begin * RATE) : round(end * RATE)], 440 * 2 ** ((key - 69) / 12)
+    part, hertz = sound[round(begin * RATE) : round(end * RATE)], note_frequency(key)
     return 1200 * float(np.log2(pitch(part, RATE, hertz) / hertz))
 
 

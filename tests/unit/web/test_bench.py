@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support import node
 from support.costs import quick
+from support.presets import load_text
 from support.wasm import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
@@ -56,8 +57,7 @@ def test_a_bass_as_it_was_exported_keeps_what_was_given(tmp_path: Path) -> None:
     text = ["like = " + json.dumps(found["like"])]
     for section, keys in found["head"].items():
         text += [f"[{section}]"] * bool(section) + [f"{name} = {value}" for name, value in keys.items()]
-    (tmp_path / "saved.toml").write_text("\n".join(text))
-    assert load_preset(tmp_path / "saved.toml") == bass
+    assert load_text(tmp_path, "\n".join(text)) == bass
     assert bench(load_preset("slap"), source) is None
 
 
@@ -91,19 +91,17 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: node.Pa
     default = image_file(load_preset(name))
     for values in list(each_slider(name))[BASSES.index(name) % 2 :: 2]:
         toml, file = page.made(name, values)
-        (tmp_path / "saved.toml").write_text(toml)
-        assert file == image_file(load_preset(tmp_path / "saved.toml")), (values, toml)
+        assert file == image_file(load_text(tmp_path, toml)), (values, toml)
         assert (file == default) == ("fret" in values and len(values) == 1), values
 
 
 def test_a_neck_that_cannot_be_played_is_refused_as_in_a_preset(page: node.Page, tmp_path: Path) -> None:
     values = {"action": -2.0, "neck_relief": -1.0, "fret": 7, "fret_height": 1.5}
     for name in ("jazz-finger", "fretless"):
-        (tmp_path / "saved.toml").write_text(page.toml(name, values))
         with pytest.raises(ValueError, match="stands") as refused:
             page.made(name, values)
         with pytest.raises(PresetError, match=re.escape(str(refused.value))):
-            load_preset(tmp_path / "saved.toml")
+            load_text(tmp_path, page.toml(name, values))
 
 
 def test_all_at_once_is_the_saved_preset(page: node.Page, tmp_path: Path) -> None:
@@ -113,8 +111,7 @@ def test_all_at_once_is_the_saved_preset(page: node.Page, tmp_path: Path) -> Non
             values |= {symbol: value for symbol, value in one.items() if symbol not in values}
         values |= {"action": 0.5, "neck_relief": 0.1}
         toml, file = page.made(name, values)
-        (tmp_path / "saved.toml").write_text(toml)
-        assert file == image_file(load_preset(tmp_path / "saved.toml")), (name, toml)
+        assert file == image_file(load_text(tmp_path, toml)), (name, toml)
 
 
 def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(page: node.Page, tmp_path: Path) -> None:
@@ -127,11 +124,9 @@ def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(page: 
     for hit, values in [(False, {}), (True, {}), *((bool(heights & set(values)), values) for values in moved)]:
         score = score_of(HIT if hit else SOFT, RATE)
         sound = page.sound("jazz-finger", values, score, RATE // 2)
-        (tmp_path / "saved.toml").write_text(page.toml("jazz-finger", values))
-        bass = load_preset(tmp_path / "saved.toml")
-        wanted = np.clip(
-            mix_strings(render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)), -1, 1
-        )
+        bass = load_text(tmp_path, page.toml("jazz-finger", values))
+        strings = render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)
+        wanted = np.clip(mix_strings(strings), -1, 1)
         assert np.abs(sound - wanted[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max(), values
         assert not values or np.abs(sound - default[hit]).max() > 1e-6, values
         default.setdefault(hit, sound)

@@ -6,14 +6,14 @@ import json
 import re
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, cli_error
 from support.needs import CLOSED
+from support.pages import page_of
+from support.presets import load_text
 
 from livebass import load_preset
-from livebass.compiling import store
 from livebass.kernels.player.performer import CHANNEL, CONTROLS
 from livebass.rows.techniques import BUTTONS, GHOST, LET_RING, PALM
 from livebass.web.bench import Source
@@ -34,11 +34,8 @@ def size(folder: Path) -> int:
 
 
 def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
-    assert (
-        list(WAYS)
-        == [button.symbol for button in BUTTONS if not button.strikes]
-        == [button.symbol for button in BUTTONS[3:]]
-    )
+    assert [button.symbol for button in BUTTONS if not button.strikes] == list(WAYS)
+    assert [button.symbol for button in BUTTONS[3:]] == list(WAYS)
     for action, field, of_channel in WAYS.values():
         assert (action or field) and (not field or field in (CHANNEL if of_channel else CONTROLS).names)
     wanted = (PALM, "palm", False), (GHOST, "", False), (LET_RING, "pedal", True)
@@ -46,17 +43,12 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
 
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
-    basses = sorted(f"basses/{name}{end}" for name in FOUR for end in (".lbass",))
-    for single, wanted in (
-        (["--single"], ["livebass.html"]),
-        (
-            [],
-            [
-                "app.js", *basses, "embed.js", "index.html", "livebass.wasm", "manifest.webmanifest", "offline.js",
-                "recorded/LICENSE.txt", "recorded/note.flac", "style.css", "worker.js", "worklet.js",
-            ],
-        ),
-    ):  # fmt: skip
+    files = [
+        "app.js", *sorted(f"basses/{name}.lbass" for name in FOUR), "embed.js", "index.html", "livebass.wasm",
+        "manifest.webmanifest", "offline.js", "recorded/LICENSE.txt", "recorded/note.flac", "style.css", "worker.js",
+        "worklet.js",
+    ]  # fmt: skip
+    for single, wanted in ((["--single"], ["livebass.html"]), ([], files)):
         folder = tmp_path / f"page{len(single)}"
         status, out, err = run("export", "web", "-p", *FOUR, "-o", folder, *single)
         assert status == 0 and out == "" and "4 basses" in err and ("livebass.html" if single else "index.html") in err
@@ -81,21 +73,19 @@ def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
     for text in ("", "<!doctype html><title>livebass</title><p>My notes on it.", "livebass " * 20_000):
         mine.write_text(text)
         for single in ([], ["--single"]):
-            status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, *single)
-            assert_one_clear_line(status, err, (1,))
+            err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, *single, allowed=(1,))
             assert "holds other files, such as livebass.html" in err and mine.read_text() == text
     mine.unlink()
     mine.mkdir()
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, "--single")
-    assert_one_clear_line(status, err, (1,))
+    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, "--single", allowed=(1,))
     assert mine.is_dir()
 
 
 def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Path) -> None:
     bass, digests = load_preset("slap"), []
     for basses in (["slap"], ["slap", "other"], ["slap"]):
-        html = export_page(dict.fromkeys(basses, bass), tmp_path / "page").read_text("utf-8")
-        digests.append(json.loads(html.split('id="page">')[1].split("</script>")[0])["digest"])
+        html = (page := export_page(dict.fromkeys(basses, bass), tmp_path / "page")).read_text("utf-8")
+        digests.append(page_of(page)["digest"])
         requested = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
         assert sorted(requested) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
     assert digests[0] == digests[2] != digests[1]
@@ -117,14 +107,10 @@ def test_the_neck_of_a_page_has_all_strings_and_begins_at_the_capo() -> None:
 
 
 def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:
-    text = Path("presets/slap.toml").read_text() if Path("presets/slap.toml").exists() else ""
-    text = text or (store.PACKAGE.parent / "presets" / "slap.toml").read_text()
-    mine = tmp_path / "mine.toml"
-    mine.write_text(re.sub(r"^name = .*$", 'name = "</script><b>mine"', text, count=1, flags=re.MULTILINE))
-    html = export_page({"mine": load_preset(mine)}, tmp_path / "page").read_text("utf-8")
-    assert "</script><b>" not in html
-    page = json.loads(html.split('id="page">')[1].split("</script>")[0])
-    assert page["basses"][0]["title"] == "</script><b>mine"
+    bass = load_text(tmp_path, 'like = "slap"\nname = "</script><b>mine"\n')
+    page = export_page({"mine": bass}, tmp_path / "page")
+    assert "</script><b>" not in page.read_text("utf-8")
+    assert page_of(page)["basses"][0]["title"] == "</script><b>mine"
 
 
 @pytest.mark.parametrize(
@@ -147,35 +133,25 @@ def test_bad_input(
     (tmp_path / "file").touch()
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "mine.txt").touch()
-    status, _, err = run("export", "web", *arguments)
-    assert_one_clear_line(status, err, allowed)
-    assert says in err
+    assert says in cli_error(run, "export", "web", *arguments, allowed=allowed)
     assert names(tmp_path) == ["file", "other/mine.txt"]
 
 
 def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None:
-    folder = tmp_path / "page"
-    export_page({"slap": load_preset("slap")}, folder)
-    (folder / "basses" / "mine.wav").touch()
-    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
-    assert_one_clear_line(status, err, (1,))
-    assert (folder / "basses" / "mine.wav").exists()
-
-
-def test_a_folder_whose_basses_are_a_file_is_no_page(run: Run, tmp_path: Path) -> None:
-    folder = tmp_path / "page"
-    export_page({"slap": load_preset("slap")}, folder)
-    shutil.rmtree(folder / "basses")
-    (folder / "basses").touch()
-    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
-    assert_one_clear_line(status, err, (1,))
-    assert "holds other files" in err and (folder / "basses").is_file()
+    """Nor is a folder whose basses are a file a page."""
+    basses = tmp_path / "page" / "basses"
+    export_page({"slap": load_preset("slap")}, basses.parent)
+    (basses / "mine.wav").touch()
+    for mine in (basses / "mine.wav", basses):
+        err = cli_error(run, "export", "web", "-p", "slap", "-o", basses.parent, allowed=(1,))
+        assert "holds other files" in err and mine.is_file()
+        if mine != basses:
+            shutil.rmtree(basses)
+            basses.touch()
 
 
 def test_a_folder_that_cannot_be_written(run: Run) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", CLOSED / "page")
-    assert_one_clear_line(status, err, (1,))
-    assert "cannot be written" in err
+    assert "cannot be written" in cli_error(run, "export", "web", "-p", "slap", "-o", CLOSED / "page", allowed=(1,))
 
 
 def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -183,15 +159,8 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("livebass.files.whole.os.fsync", full)
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
-    assert_one_clear_line(status, err, (1,))
+    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", allowed=(1,))
     assert names(tmp_path) == []
-
-
-def page_of(html: Path) -> dict[str, Any]:
-    """The data of a page."""
-    found: dict[str, Any] = json.loads(html.read_text("utf-8").split('id="page">')[1].split("</script>")[0])
-    return found
 
 
 def test_a_bass_of_ones_own_and_a_tuned_one_have_their_bench(run: Run, tmp_path: Path) -> None:
@@ -219,8 +188,7 @@ ADDRESS = "https://example.org/bass/"
 
 @pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
 def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address)
-    assert_one_clear_line(status, err, (2,))
+    err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address, allowed=(2,))
     assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
 
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.command import module_paths, python_output
+from support.messages import messages_of
 from support.own_basses import load_preset
 from support.places import TESTS
 from support.plugins import midi_score
-from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
+from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, sound_hash
 
 import livebass
 from livebass import QUALITIES, render_to_array, score_of
@@ -154,12 +154,10 @@ def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> No
     LLVM picks the number of lanes for each. Where sums stay as written, both give the same bits, even through
     denormals, which WebAssembly keeps.
     """
-    places = os.pathsep.join([str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment = os.environ | {"LIVEBASS_LEVEL": "x86-64-v2", "PYTHONPATH": places}
-    done = subprocess.run([sys.executable, __file__, "slap"], capture_output=True, env=environment)
-    assert done.returncode == 0, done.stderr
+    environment = {"LIVEBASS_LEVEL": "x86-64-v2"} | module_paths(TESTS.parent)
+    there = np.frombuffer(bytes.fromhex(python_output(__file__, "slap", env=environment)), np.float32)
     sound = in_wasm("slap", score_of(HARD, RATE))
-    assert np.abs(sound - np.frombuffer(done.stdout, np.float32)[: len(sound)]).max() <= OTHER_ORDER
+    assert np.abs(sound - there[: len(sound)]).max() <= OTHER_ORDER
 
 
 def test_a_told_load_relieves_strings_and_lets_them_go() -> None:
@@ -211,4 +209,4 @@ if __name__ == "__main__":
                 of[key] = sound_hash(in_wasm(bass, score_of(HARD, RATE), of["seconds"]))
         PINS.write_text(json.dumps(PINNED, indent=2) + "\n")
     else:
-        sys.stdout.buffer.write(natively(sys.argv[1], score_of(HARD, RATE)).astype(np.float32).tobytes())
+        print(natively(sys.argv[1], score_of(HARD, RATE)).astype(np.float32).tobytes().hex())

@@ -197,9 +197,8 @@ def test_each_part_can_be_picked() -> None:
     found = run(textwrap.dedent(script), packed)
     assert sum(len(parts) for _, parts in found) > 60
     for values, parts in found:
-        assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values] and len(
-            values
-        ) in (len(parts), len(parts) + 1)
+        assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values]
+        assert len(values) in (len(parts), len(parts) + 1)
         for _, notes, numbers in parts:
             messages = [numbers[k + 1 : k + 4] for k in range(0, len(numbers), 4)]
             struck = [m[0] & 0xF0 for m in messages]

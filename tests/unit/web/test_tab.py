@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from support.command import Run
+from support.pages import page_of
 from support.tabs import as_gp5, beats, note, song, tab
 
 from livebass.cli.hands import SOUND, Loader
@@ -19,8 +19,7 @@ def test_a_page_is_exported_with_its_tablature_and_bass(run: Run, tmp_path: Path
     (tmp_path / "song.gp5").write_bytes(as_gp5(song()))
     status, _, err = run("export", "web", "--tab", str(tmp_path / "song.gp5"), "-o", str(tmp_path / "page"), "--single")
     assert status == 0 and "plays track 1" in err, err
-    html = (tmp_path / "page" / "livebass.html").read_text("utf-8")
-    data = json.loads(html.split('id="page">')[1].split("</script>")[0])
+    data = page_of(tmp_path / "page" / "livebass.html")
     assert [bass["name"] for bass in data["basses"]] == ["jazz-finger"]
     assert [string["note"] for string in data["basses"][0]["strings"]] == [26, 33, 38, 43]
     assert data["tab"]["bars"][1] == [1.0, 2, "Riff"] and data["tab"]["strokes"][1] == [0.25, 0.5, 0, 5, "pluck"]

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from support.browser import PATIENCE
-from support.live import RATE, feed, run_ahead, synth_and_device
+from support.live import RATE, bass_of, feed, play, run_ahead, synth_and_device
 from support.watched import FINE, TOKEN, watched
 
 from livebass import load_preset
@@ -40,8 +40,8 @@ def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead:
         synth, device = synth_and_device(preset, FINE)
         run_ahead(synth, ahead)
         feed(synth, score_of(HARD, RATE))
-        assert synth.bass
-        onlooker, sound = Watcher(synth.bass), []
+        bass = bass_of(synth)
+        onlooker, sound = Watcher(bass), []
         assert onlooker.look(0) is None
         for k in range(LOOKS * EVERY):
             sound.append(device.block(64).copy())
@@ -52,7 +52,7 @@ def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead:
             contacts += seen.contacts
             notes += seen.notes
             sights = np.zeros(4, SIGHT)
-            see_bass(synth.bass.address, sights.ctypes.data)
+            see_bass(bass.address, sights.ctypes.data)
             assert sights.tobytes() == seen.sights.tobytes()
         sounds.append(np.concatenate(sound))
     assert np.array_equal(*sounds)
@@ -60,10 +60,8 @@ def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead:
     synth, device = synth_and_device(preset, FINE)
     run_ahead(synth, "never")
     feed(synth, score_of(HARD, RATE))
-    for _ in range(LOOKS * EVERY):
-        device.block(64)
-    assert synth.bass
-    assert len(contacts) == sum(int(v.record["logged"][0]) for v in synth.bass.engine.voices) > 10
+    play(device, LOOKS * EVERY * 64)
+    assert len(contacts) == sum(int(v.record["logged"][0]) for v in bass_of(synth).engine.voices) > 10
     if preset == "jazz-finger":
         assert all(fret == int(fret) and 1 <= fret <= 20 for _, fret, _, _ in contacts)
     else:

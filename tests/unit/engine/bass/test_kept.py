@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from support.command import module_paths, python_output
 from support.kept import Refused, image_made, read_kept
 from support.own_basses import load_preset
 
@@ -86,9 +84,7 @@ assert image_made(file_of(fields)) == image_file(bass)
 
 
 def test_a_field_that_was_renamed_is_found_by_its_old_name() -> None:
-    environment = os.environ | {"LIVEBASS_PLAIN": "1", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    done = subprocess.run([sys.executable, "-c", PLAIN_RENAMED], capture_output=True, text=True, env=environment)
-    assert done.returncode == 0, done.stderr
+    python_output("-c", PLAIN_RENAMED, env={"LIVEBASS_PLAIN": "1"} | module_paths())
 
 
 def why(data: bytes) -> int:

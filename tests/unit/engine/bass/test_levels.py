@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from support.costs import of_each_kind
+from support.costs import of_each_kind, slow
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.model.instrument import note_frequency
@@ -45,10 +45,7 @@ def test_levels(name: str) -> None:
     assert low <= below <= high, f"{name}: a soft line is {below:.1f} dB below a hard one, allowed {low} to {high}"
 
 
-@pytest.mark.parametrize(
-    ("names", "end"),
-    [(QUICK, 2 * BAR), pytest.param(set(preset_names()), math.inf, marks=pytest.mark.slow)],
-)
+@pytest.mark.parametrize(("names", "end"), [(QUICK, 2 * BAR), slow(set(preset_names()), math.inf)])
 def test_basses_are_as_loud_as_one_another(names: set[str], end: float) -> None:
     found = {name: loudness(line(name, DEFAULT, end), RATE) for name in names}
     assert max(found.values()) - min(found.values()) <= APART, found

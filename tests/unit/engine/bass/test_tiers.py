@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from support.agreement import assert_agree
-from support.costs import of_each_kind
+from support.costs import of_each_kind, slow
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
@@ -102,7 +102,7 @@ def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> No
                 assert 2 * np.pi * highest * op["fine"] < MAX_TURN == 2 * np.pi * CARRIED
 
 
-@pytest.mark.parametrize("rate", [44100, pytest.param(48000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rate", [44100, slow(48000)])
 @pytest.mark.parametrize("preset", of_each_kind(preset_names()))
 def test_no_hard_note_trips_the_safety_net(preset: str, rate: int) -> None:
     """Every string and fret at velocity 127, one after the other, at the tier with the lowest contact rate."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.costs import quick
+from support.levels import sine
 
 from livebass.compiling import jit
 from livebass.kernels.effects import chain, compressor, convolution, valve
@@ -85,10 +86,6 @@ def cuts(count: int, seed: int, maximum: int) -> list[int]:
     """Sizes of blocks, without the last one."""
     sizes = np.random.default_rng(seed).integers(1, maximum, count)
     return sizes[np.cumsum(sizes) < count].tolist()
-
-
-def sine(hertz: float, seconds: float, size: float = 1.0) -> np.ndarray:
-    return size * np.sin(2 * np.pi * hertz * np.arange(int(seconds * RATE)) / RATE)
 
 
 # --- convolution ---
@@ -320,7 +317,7 @@ def test_the_tone_stack_is_the_passive_circuit() -> None:
 
 def test_a_quiet_sound_goes_through_the_valve_in_its_tone_alone() -> None:
     """At a low drive a low level is not distorted, and keeps its loudness at UNITY."""
-    out = Chain(drive=1e-3).play(sine(100.0, 1.0, 1e-3))[RATE // 2 :]
+    out = Chain(drive=1e-3).play(sine(100.0, 1.0, RATE, 1e-3))[RATE // 2 :]
     spectrum = np.abs(np.fft.rfft(out * np.hanning(len(out))))
     f = 100 * len(out) // RATE
     assert 4 / len(out) * spectrum[f] / 1e-3 == pytest.approx(1.0, rel=0.03)
@@ -330,7 +327,7 @@ def test_a_quiet_sound_goes_through_the_valve_in_its_tone_alone() -> None:
 def products(drive: float, size: float) -> tuple[float, float]:
     """dB of the strongest inharmonic product, and of the second harmonic, under a tone of 5 kHz."""
     count = RATE // 5
-    out = Chain(drive=drive).play(sine(5000.0, 1.2, size))[-count:]
+    out = Chain(drive=drive).play(sine(5000.0, 1.2, RATE, size))[-count:]
     spectrum = np.abs(np.fft.rfft(out * np.blackman(count)))
     hertz = np.arange(len(spectrum)) * RATE / count
     tone = spectrum[np.abs(hertz - 5000) < 30].max()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import soundfile
 from scipy.signal import fftconvolve
 from support.command import Run
 from support.own_basses import load_preset
+from support.strings import behind
 
 from livebass import Quality, loudness, render_to_array, single_note
 from livebass.engine.basses import Basses
@@ -26,10 +26,6 @@ JAZZ, SLAP = load_preset("jazz-finger"), load_preset("slap")
 TAPS = np.exp(-np.arange(40_000) / 20_000) * np.cos(np.arange(40_000) / 7) / 40
 HALL = Response(RATE, TAPS.tobytes())
 NOTE = single_note(33, 110, 0.2, RATE)
-
-
-def behind(bass: Instrument, **effects: Any) -> Instrument:
-    return replace(bass, effects=Effects(**effects))
 
 
 def write(bass: Instrument, path: Path, score: Score = NOTE, **more: Any) -> np.ndarray:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.motion import mode_speeds
+from support.played import event
 from support.quiet import engine
 
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
-from livebass.kernels.string.records import EVENT, PLUCK
+from livebass.kernels.string.records import PLUCK
 from livebass.rows.arrays import Floats
 
 RATE = 48000
@@ -42,10 +43,9 @@ def db(ratio: float) -> float:
 def pluck(i: int, fret: int, apex: float) -> float:
     """Energy (J) of a pluck by `apex` (m) across the frets."""
     player = engine()
-    event, length = np.zeros(1, EVENT), float(player.pool.records[i, fret]["length"])
-    event["kind"], event["fret"], event["apex"], event["place"] = PLUCK, fret, apex, length - 0.17
-    event["width"], event["angle"] = 5e-3, ACROSS
-    play_frames(player.voices[i], player.pool.records[i], event, np.zeros(RATE // 50))
+    place = float(player.pool.records[i, fret]["length"]) - 0.17
+    pluck = event(PLUCK, fret, apex=apex, place=place, width=5e-3, angle=ACROSS)
+    play_frames(player.voices[i], player.pool.records[i], pluck, np.zeros(RATE // 50))
     return energy(player, i)
 
 

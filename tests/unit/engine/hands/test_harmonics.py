@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.hands import loaded
+from support.messages import send_now
 from support.motion import mode_speeds
+from support.played import event
 from support.quiet import engine
 
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.player import fingering, touches
-from livebass.kernels.string.records import EVENT, PLUCK, TOUCH_EVENT
+from livebass.kernels.string.records import PLUCK, TOUCH_EVENT
 from livebass.model.keymap import MODO
 from livebass.rows.arrays import Floats
 
@@ -42,7 +44,7 @@ def play(
     player = engine(preset)
     key = player.instrument.strings[i].open_note
     keys = [SWITCHES["string", key % 12], SWITCHES[technique, 0], key + above]
-    player.send(np.zeros(3, np.int64), np.array([(0x90, k, velocity) for k in keys], np.uint8))
+    send_now(player, *[(0x90, k, velocity) for k in keys])
     found, at = [], 0
     for t in times:
         frame = round((player.instrument.player.pull_time + t) * RATE)
@@ -96,12 +98,12 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
         string, op = player.voices[i], player.pool.records[i, 0]
         length, speed = float(op["length"]), float(op["speed"])
         impedance = float(op["fine"]) ** 2 / float(op["weight"]) * speed
-        events = np.zeros(2, EVENT)
-        events["kind"], events["finger"] = (PLUCK, TOUCH_EVENT), (0, touches.NODE_FINGER)
-        events["apex"][0], events["place"] = 1e-3, (0.77 * length, length - length / number)
-        events["width"], events["resistance"][1] = (5e-3, touches.NODE_WIDTH), firm * impedance
-        events["seconds"][1] = rest(preset, i, number)
-        play_frames(string, player.pool.records[i], events, np.zeros(round(0.154 * RATE)))
+        pluck = event(PLUCK, apex=1e-3, place=0.77 * length, width=5e-3)
+        finger = event(
+            TOUCH_EVENT, finger=touches.NODE_FINGER, place=length - length / number, width=touches.NODE_WIDTH,
+            resistance=firm * impedance, seconds=rest(preset, i, number),
+        )  # fmt: skip
+        play_frames(string, player.pool.records[i], np.concatenate([pluck, finger]), np.zeros(round(0.154 * RATE)))
         level.append(20 * np.log10(speeds(string)))
     kept = [j for j in range(1, 9) if j % number == 0]
     lost = [float(level[0][j - 1] - level[1][j - 1]) for j in kept]
@@ -123,11 +125,8 @@ def test_an_artificial_harmonic_is_the_octave_of_its_fret(preset: str, i: int, f
 
     At full force it swings against frets, which revive odd ones: the first 8 partials' stay 30 dB below.
     """
-    for velocity, minimum, maximum in (
-        (30, (44, 85, 85), MEASURED),
-        (80, (44, 85, 85), MEASURED),
-        (127, (30, 30, 30), 8),
-    ):
+    soft = (44, 85, 85), MEASURED
+    for velocity, (minimum, maximum) in ((30, soft), (80, soft), (127, ((30, 30, 30), 8))):
         speed, stopped = play(preset, i, fret, velocity, [0.03, 0.1, 0.3])
         assert stopped == fret and (np.argmax(speed, axis=1) == 1).all()
         assert (others(speed, 2, maximum) < -np.array(minimum)).all(), (velocity, others(speed, 2, maximum))
@@ -154,7 +153,7 @@ def test_harmonics_reach_beyond_the_last_fret() -> None:
     """The G string of 20 frets ends at 63; its harmonics 4 to 6 are at 67, 71 and 74."""
     for number, key in ((4, 67), (5, 71), (6, 74)):
         player = engine("jazz-finger")
-        player.send(np.zeros(2, np.int64), np.array([(0x90, 17, 100), (0x90, key, 90)], np.uint8))
+        send_now(player, (0x90, 17, 100), (0x90, key, 90))
         player.process(RATE // 2)
         speed = speeds(player.voices[3])
         assert int(np.argmax(speed)) + 1 == number and player.report().transposed == 0
@@ -164,7 +163,6 @@ def test_a_key_that_calls_a_string_has_its_harmonic() -> None:
     """E4 is the 3rd harmonic of A and the 4th of E."""
     for switch, i, number in ((None, 1, 3), (16, 0, 4), (9, 1, 3)):
         player = engine("jazz-finger")
-        keys = [k for k in (switch, 17, 52) if k is not None]
-        player.send(np.zeros(len(keys), np.int64), np.array([(0x90, k, 90) for k in keys], np.uint8))
+        send_now(player, *[(0x90, k, 90) for k in (switch, 17, 52) if k is not None])
         player.process(RATE // 2)
         assert player.voices[i].sounding() and int(np.argmax(speeds(player.voices[i]))) + 1 == number

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.costs import quick
-from support.live import QUICK, offline, played_ahead
+from support.levels import db, rms
+from support.live import QUICK, offline, played_ahead, synth_and_device
+from support.messages import messages_of, send
 from support.own_basses import load_preset
-from support.quiet import without_noise
-from support.scores import busy_score
+from support.scores import busy_score, play_in_blocks
+from support.strings import even
 
 from livebass import QUALITIES, Instrument, Score, render_to_array, score_of
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
-from livebass.live.fake import FakeDevice
-from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.block import is_still
 from livebass.rows.arrays import Floats
 from livebass.rows.units import OFF
@@ -24,20 +24,11 @@ NOISES = {"skin_noise": -14.0, "pick_noise": -30.0, "release_noise": 0.0}
 ALL = {**NOISES, "floor_noise": -40.0, "hum": -40.0}
 
 
-def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
-    """A preset under an even player with the numbers `player` and no other noise."""
-    return without_noise(preset, **{"unevenness": 0.0, **player})
-
-
 def note(velocity: int, preset: str = "jazz-finger", seconds: float = 1.0, **player: float) -> Floats:
     """A note of the second string at 0.1 s, ended after `seconds`."""
-    made = bass(preset, **player)
+    made = even(preset, **player)
     score = score_of([(0.1, seconds, made.strings[1].open_note + 5, velocity)], RATE)
     return np.asarray(render_to_array(made, score, QUALITIES["live"], tail=0.5).sum(axis=0))
-
-
-def db(ratio: float) -> float:
-    return float(20 * np.log10(ratio))
 
 
 def band(x: Floats, low: float, high: float) -> Floats:
@@ -45,10 +36,6 @@ def band(x: Floats, low: float, high: float) -> Floats:
     spectrum = np.fft.rfft(x, 2 * x.size)
     nu = np.arange(spectrum.size) * RATE / (2 * x.size)
     return np.asarray(np.fft.irfft(spectrum * ((nu >= low) & (nu < high)))[: x.size])
-
-
-def rms(x: Floats) -> float:
-    return float(np.sqrt(np.mean(x**2)))
 
 
 def loudest(x: Floats, seconds: float) -> float:
@@ -59,7 +46,7 @@ def loudest(x: Floats, seconds: float) -> float:
 
 def takes(velocity: int, seeds: int = 6, preset: str = "jazz-finger", **noise: float) -> list[Floats]:
     """The noise alone of a note, one per seed."""
-    with_noise, made = bass(preset, **noise), bass(preset)
+    with_noise, made = even(preset, **noise), even(preset)
     key = made.strings[1].open_note + 5
     score = score_of([(0.1, 1.0, key, velocity)], RATE)
     silent = render_to_array(made, score, QUALITIES["live"], tail=0.5).sum(axis=0)
@@ -154,7 +141,7 @@ def test_off_is_as_without_the_keys() -> None:
 
 
 def test_a_hand_does_not_knock_on_a_string_at_rest() -> None:
-    made = bass("muted", release_noise=0.0)
+    made = even("muted", release_noise=0.0)
     engine = Engine(made, QUALITIES["live"], RATE)
     key = made.strings[1].open_note
     engine.send(np.array([0]), np.array([[0x90, key, 40]], np.uint8))
@@ -169,7 +156,7 @@ def test_a_hand_does_not_knock_on_a_string_at_rest() -> None:
 
 
 def test_the_next_note_on_the_string_ends_one_without_a_knock() -> None:
-    made, quiet = bass(release_noise=0.0), bass()
+    made, quiet = even(release_noise=0.0), even()
     key = made.strings[0].open_note + 3
     notes = [(0.1, 0.6, key, 100), (0.5, 0.4, key + 1, 100)]  # the string is taken while the first is held
     sounds = [render_to_array(b, score_of(notes, RATE), QUALITIES["live"], tail=0.4) for b in (made, quiet)]
@@ -186,7 +173,7 @@ def test_a_note_that_has_all_but_died_ends_with_less() -> None:
 
 def test_noise_ends() -> None:
     """No trace is left in the string: filters and noises are at rest, and the string is still."""
-    engine = Engine(bass(**NOISES), QUICK, RATE)
+    engine = Engine(even(**NOISES), QUICK, RATE)
     engine.send(np.array([0, 9600]), np.array([[0x90, 33, 127], [0x80, 33, 64]], np.uint8))
     engine.process(4 * RATE)
     assert not engine.sounding() and not engine.process(RATE).any()
@@ -219,9 +206,9 @@ FLOOR = {"floor_noise": -65.0}
 def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, **player: float) -> Floats:
     """The floor alone in a performance."""
     sounds = []
-    for made in (bass(**FLOOR, **player), bass(**player)):
+    for made in (even(**FLOOR, **player), even(**player)):
         engine = Engine(made, QUICK, RATE)
-        engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+        send(engine, messages)
         sounds.append(engine.process(round(seconds * RATE)))
     return np.asarray((sounds[0] - sounds[1]).sum(axis=0))
 
@@ -240,7 +227,7 @@ def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
 def test_the_hum_is_that_of_the_mains(mains: float) -> None:
     """As far under a medium note as it says; nothing lies between its harmonics."""
     medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
-    once, never = bass(hum=-60.0, mains=mains), bass()
+    once, never = even(hum=-60.0, mains=mains), even()
     sounds = []
     for made in (once, never):
         engine = Engine(made, QUICK, RATE)
@@ -259,7 +246,7 @@ def test_the_floor_follows_the_volume() -> None:
     full, turned = quarter[RATE // 2 : RATE], quarter[3 * RATE // 2 :]
     whole = floor_of([(0, 0x90, 38, 100)], 2.0)
     assert np.array_equal(quarter[:RATE], whole[:RATE]) and rms(full) > 0
-    engine = Engine(bass(), QUICK, RATE)
+    engine = Engine(even(), QUICK, RATE)
     engine.send(np.array([0]), np.array([[0xB0, 7, 50]], np.uint8))
     engine.process(1)
     ratio = float(engine.voices[0].record["gain_wanted"][0])
@@ -267,7 +254,7 @@ def test_the_floor_follows_the_volume() -> None:
 
 
 def test_the_floor_lasts_through_rests_and_ends() -> None:
-    engine = Engine(bass(**FLOOR), QUICK, RATE)
+    engine = Engine(even(**FLOOR), QUICK, RATE)
     assert not engine.process(RATE).any()  # nobody has played yet
     engine.send(np.array([RATE, RATE + 4800]), np.array([[0x90, 40, 100], [0x80, 40, 64]], np.uint8))
     engine.process(2 * RATE)
@@ -280,14 +267,15 @@ def test_the_floor_lasts_through_rests_and_ends() -> None:
 
 def test_a_panic_takes_the_floor_along() -> None:
     """In blocks of any sizes; a string that sounds before or after keeps the floor as usual."""
-    for later, ends in ((None, True), (RATE + 200, False)):
+    panic, note = (
+        [(0, 0x90, 40, 100), (RATE, 0xB0, 120, 0)],
+        [(RATE + 200, 0x90, 45, 100), (RATE + 30200, 0x80, 45, 64)],
+    )
+    for messages, ends in ((panic, True), (panic + note, False)):
         once = []
         for size in (RATE, 777):
-            engine = Engine(bass(**FLOOR), QUICK, RATE)
-            engine.send(np.array([0, RATE]), np.array([[0x90, 40, 100], [0xB0, 120, 0]], np.uint8))
-            if later is not None:
-                engine.send(np.array([later, later + 30000]), np.array([[0x90, 45, 100], [0x80, 45, 64]], np.uint8))
-            sound = np.concatenate([engine.process(min(size, 3 * RATE - n)) for n in range(0, 3 * RATE, size)], axis=1)
+            engine = Engine(even(**FLOOR), QUICK, RATE)
+            sound = play_in_blocks(engine, messages, 3 * RATE, [size])
             once.append(sound)
             assert sound[:, RATE // 2 : RATE].any() and sound[0, RATE : RATE + RATE // 5].any()
             assert sound[:, RATE + RATE * 9 // 10 :].any() != ends
@@ -295,17 +283,15 @@ def test_a_panic_takes_the_floor_along() -> None:
 
 
 def test_a_render_ends_with_its_tail_with_a_floor_too() -> None:
-    key = bass().strings[1].open_note
+    key = even().strings[1].open_note
     score = score_of([(0.0, 0.3, key, 100)], RATE)
-    sounds = [render_to_array(b, score, QUALITIES["live"]) for b in (bass(), bass(**FLOOR), bass(floor_noise=0.0))]
+    sounds = [render_to_array(b, score, QUALITIES["live"]) for b in (even(), even(**FLOOR), even(floor_noise=0.0))]
     assert sounds[0].shape == sounds[1].shape == sounds[2].shape
     assert np.abs(sounds[2][:, -RATE // 10 : -RATE // 20]).max() > 1e-3  # louder than the threshold of silence
 
 
 def test_a_synth_with_a_floor_is_still_once_it_has_faded() -> None:
-    synth = Synth(RATE, adaptive=False)
-    synth.switch_to(LiveBass(bass(**FLOOR), QUICK, RATE))
-    device = FakeDevice(synth)
+    synth, device = synth_and_device(even(**FLOOR), adaptive=False)
     device.block(512)
     assert is_still(synth.address) == 1
     assert synth.send(0x90, 40, 100, frame=512) and synth.send(0x80, 40, 64, frame=2000)
@@ -319,22 +305,14 @@ def test_a_synth_with_a_floor_is_still_once_it_has_faded() -> None:
 
 def test_another_bass_takes_the_floor_over() -> None:
     """The old bass's floor fades within half a second, although its string rings on; the level stays."""
-    here, there = bass(**FLOOR), bass("precision-finger")
+    here, there = even(**FLOOR), even("precision-finger")
     messages = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100), (RATE, 0xC0, 33, 0), (RATE, 0x90, 45, 60)]
     once = []
     for size in (RATE * 3, 777):
         sounds = []
         for floor in (True, False):
-            first = here if floor else bass()
-            basses, blocks, sent = Basses(Engine(first, QUICK, RATE), {33: there}), [], 0
-            while basses.frame < 3 * RATE:
-                count = min(size, 3 * RATE - basses.frame)
-                until = sum(m[0] < basses.frame + count for m in messages)
-                now, sent = messages[sent:until], until
-                basses.send(np.array([m[0] for m in now], np.int64),
-                            np.array([m[1:] for m in now], np.uint8).reshape(-1, 3))  # fmt: skip
-                blocks.append(basses.process(count))
-            sounds.append(np.concatenate(blocks, axis=1))
+            basses = Basses(Engine(here if floor else even(), QUICK, RATE), {33: there})
+            sounds.append(play_in_blocks(basses, messages, 3 * RATE, [size]))
         noise = sounds[0] - sounds[1]
         assert noise[0, RATE // 2 : RATE].any() and noise[0, RATE : RATE + RATE // 4].any()
         assert np.abs(noise[:, round(1.51 * RATE) :]).max() < 1e-12
@@ -347,28 +325,21 @@ def test_another_bass_takes_the_floor_over() -> None:
 
 def play(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> Floats:
     """The strings of `score` in blocks of `sizes`, over and over."""
-    engine, blocks, sent = Engine(made, QUICK, score.rate, seed), [], 0
-    while engine.frame < score.end_frame:
-        count = min(sizes[len(blocks) % len(sizes)], score.end_frame - engine.frame)
-        until = int(np.searchsorted(score.frames, engine.frame + count))
-        engine.send(score.frames[sent:until], score.messages[sent:until])
-        blocks.append(engine.process(count))
-        sent = until
-    return np.concatenate(blocks, axis=1)
+    return play_in_blocks(Engine(made, QUICK, score.rate, seed), messages_of(score), score.end_frame, sizes)
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-pick"])
 def test_blocks_of_any_sizes_play_the_same(preset: str) -> None:
-    score, made = busy_score(RATE), bass(preset, **ALL)
+    score, made = busy_score(RATE), even(preset, **ALL)
     whole = play(made, score, [score.end_frame])
     assert np.isfinite(whole).all()
-    assert not np.array_equal(whole, play(bass(preset), score, [score.end_frame]))
+    assert not np.array_equal(whole, play(even(preset), score, [score.end_frame]))
     for sizes in ([1, 500, 33], [4096]):
         assert np.array_equal(whole, play(made, score, sizes))
 
 
 def test_a_seed_is_one_noise() -> None:
-    score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), bass(**ALL)
+    score, made = score_of([(0.0, 0.3, 40, 120), (0.1, 0.3, 40, 120)], RATE), even(**ALL)
     one, same, other = (play(made, score, [512], seed) for seed in (1, 1, 2))
     assert np.array_equal(one, same) and not np.array_equal(one, other)
     ours, theirs = one.sum(axis=0) - note_of(score), other.sum(axis=0) - note_of(score)
@@ -376,14 +347,12 @@ def test_a_seed_is_one_noise() -> None:
 
 
 def note_of(score: Score) -> Floats:
-    return np.asarray(play(bass(), score, [512]).sum(axis=0))
+    return np.asarray(play(even(), score, [512]).sum(axis=0))
 
 
 @pytest.mark.parametrize(
     "preset", quick(["slap", "jazz-finger", "fretless", "precision-pick"], ["slap", "precision-pick"])
 )
 def test_strings_that_ran_ahead_come_back_to_the_same_noise(preset: str) -> None:
-    made, total = bass(preset, **ALL), 2 * RATE
-    score = busy_score(RATE)
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
+    made, total, messages = even(preset, **ALL), 2 * RATE, messages_of(busy_score(RATE))
     assert np.array_equal(played_ahead(made, messages, total), offline(made, messages, total))

@@ -9,13 +9,18 @@ from functools import cache
 import numpy as np
 import pytest
 from support.costs import quick
+from support.levels import db, rms
+from support.messages import send_now
 from support.own_basses import load_preset
+from support.played import event
 from support.quiet import ENGINES, engine, without_noise
+from support.strings import far_from_frets
 
 from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, TOUCH_EVENT
+from livebass.model.instrument import note_frequency as hz
 from livebass.rows.arrays import Floats
 
 RATE = 48000
@@ -56,14 +61,6 @@ def part(x: Floats, start: float, seconds: float) -> Floats:
     return x[round(start * RATE) : round((start + seconds) * RATE)]
 
 
-def rms(x: Floats) -> float:
-    return float(np.sqrt(np.mean(x * x)))
-
-
-def db(ratio: float) -> float:
-    return 20 * np.log10(max(ratio, 1e-20))
-
-
 def pitch(x: Floats, near: float) -> float:
     """The frequency (Hz) of the partial next to `near`, by a parabola through the log spectrum."""
     n = len(x)
@@ -76,8 +73,7 @@ def pitch(x: Floats, near: float) -> float:
 
 
 def cents(x: Floats, note: float) -> float:
-    wanted = 440 * 2 ** ((note - 69) / 12)
-    return float(1200 * np.log2(pitch(x, wanted) / wanted))
+    return float(1200 * np.log2(pitch(x, hz(note)) / hz(note)))
 
 
 def partial(x: Floats, hz: float) -> float:
@@ -86,10 +82,6 @@ def partial(x: Floats, hz: float) -> float:
     spectrum = np.abs(np.fft.rfft(x * np.hanning(n), 4 * n)) / n
     width = RATE / (4 * n)
     return db(float(spectrum[int(hz * 0.96 / width) : int(hz * 1.04 / width) + 2].max()))
-
-
-def hz(note: float) -> float:
-    return float(440 * 2 ** ((note - 69) / 12))
 
 
 # Legato: notes on the G string (open 43)
@@ -174,10 +166,9 @@ def test_a_slide_goes_over_every_fret(preset: str) -> None:
     """A staircase, or a glide through every semitone: 22 ms a fret, and the last note in tune."""
     frets: list[int] = []
     played = engine(preset)
-    for message in ((0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90)):
-        played.send(np.array([0]), np.array([message], np.uint8))
+    send_now(played, (0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90))
     played.process(RATE // 2)
-    played.send(np.array([RATE // 2]), np.array([(0x90, 55, 90)], np.uint8))
+    send_now(played, (0x90, 55, 90))
     sound = []
     for _ in range(400):
         sound.append(played.process(48).sum(axis=0))
@@ -201,10 +192,9 @@ def test_a_slide_goes_over_every_fret(preset: str) -> None:
 def test_a_timed_slide_arrives_at_its_end(preset: str, last: int, value: int) -> None:
     """Within 10 ms of 25 ms times its controller, up or down, however far it goes."""
     played, frets = engine(preset), []
-    keys = ((0xB0, 19, value), (0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90))
-    played.send(np.zeros(4, np.int64), np.array(keys, np.uint8))
+    send_now(played, (0xB0, 19, value), (0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90))
     played.process(RATE // 2)
-    played.send(np.array([RATE // 2]), np.array([(0x90, last, 90)], np.uint8))
+    send_now(played, (0x90, last, 90))
     sound = []
     for _ in range(1500):
         sound.append(played.process(48).sum(axis=0))
@@ -346,7 +336,7 @@ def test_a_resting_palm_damps_by_pressure(key: int) -> None:
     times = []
     for pressure in (0, 64, 127):
         hand = played.another()
-        hand.send(np.zeros(2, np.int64), np.array([(0xB0, 9, pressure), (0x90, key, 80)], np.uint8))
+        send_now(hand, (0xB0, 9, pressure), (0x90, key, 80))
         times.append(fall(hand.process(3 * RATE).sum(axis=0)))
     assert 2.0 > times[0] > 1.8 * times[1] > 3 * times[2] > 0.15, times
 
@@ -356,7 +346,7 @@ def test_a_resting_palm_stays_and_the_key_presses_it() -> None:
     hand = Engine(without_noise("jazz-finger", **RESTING), QUALITIES["live"], RATE)
     firm = []
     for message in (on(0, 33), on(0, LEGATO), on(0, 35), (0, 0xB0, 121, 0), on(0, PALM), off(0, PALM)):
-        hand.send(np.array([hand.frame]), np.array([message[1:]], np.uint8))
+        send_now(hand, message[1:])
         hand.process(RATE // 20)
         firm.append(float(hand.voices[1].record["touches"]["resistance"][0, 0]))
     assert firm == pytest.approx([0.3, 0.3, 0.3, 0.3, 0.3 * (8 / 0.3) ** 0.6, 0.3])
@@ -515,19 +505,15 @@ def cents_at(sound: Floats, when: float, note: float) -> float:
 )
 def test_hard_notes_begin_sharp(key: int, apex: float, minimum: float, maximum: float) -> None:
     """Cents of open strings far from frets, plucked by 6 mm; none without axial stiffness."""
-    bass = without_noise("jazz-finger")
-    far = replace(
-        bass, necks=tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
-    )
+    far = far_from_frets(without_noise("jazz-finger"))
     rigid = replace(far, strings=tuple(replace(s, axial_stiffness=0.0) for s in far.strings))
-    i = [s.open_note for s in bass.strings].index(key)
+    i = [s.open_note for s in far.strings].index(key)
     found = []
     for instrument in (far, rigid):
         player = Engine(instrument, QUALITIES["live"], RATE)
-        events = np.zeros(1, EVENT)
-        events["kind"], events["apex"], events["place"] = PLUCK, apex, 0.8 * 0.8636
         sound = np.zeros(2 * RATE)
-        play_frames(player.voices[i], player.pool.records[i], events, sound)
+        pluck = event(PLUCK, apex=apex, place=0.8 * 0.8636)
+        play_frames(player.voices[i], player.pool.records[i], pluck, sound)
         found.append(cents_at(sound, 0.15, key))
     assert minimum < found[0] < maximum and abs(found[1]) < 2, found
 
@@ -535,18 +521,17 @@ def test_hard_notes_begin_sharp(key: int, apex: float, minimum: float, maximum: 
 @pytest.mark.parametrize("angle", [0.4, 1.3])
 def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
     """Far from frets, a string swings the same whichever way it is plucked: all of it glides."""
-    bass = without_noise("jazz-finger")
     alike = {"stiffness_across": 1.0, "stop_across": 1.0, "longer_across": 0.0}  # one law for both
-    far = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights), **alike) for n in bass.necks)
-    strings = tuple(replace(s, measured_frequencies=()) for s in bass.strings)
-    made = Engine(replace(bass, necks=far, strings=strings), QUALITIES["live"], RATE)
+    far = far_from_frets(without_noise("jazz-finger"), **alike)
+    strings = tuple(replace(s, measured_frequencies=()) for s in far.strings)
+    made = Engine(replace(far, strings=strings), QUALITIES["live"], RATE)
 
     def modes(stretched: float, towards: float) -> Floats:
-        voice, event = made.another().voices[3], np.zeros(1, EVENT)
+        voice = made.another().voices[3]
         voice.record["stretch"] *= stretched
         voice.record["angle"] = 0.0
-        event["kind"], event["apex"], event["place"], event["angle"] = PLUCK, 6e-3, 0.8 * 0.8636, towards
-        play_frames(voice, made.pool.records[3], event, np.zeros(RATE // 4))
+        pluck = event(PLUCK, apex=6e-3, place=0.8 * 0.8636, angle=towards)
+        play_frames(voice, made.pool.records[3], pluck, np.zeros(RATE // 4))
         slot = voice.slots[int(voice.record["slot"][0])]
         u, v = slot["u"]["low"]["q"][:32], slot["v"]["low"]["q"][:32] if slot["v_active"] else np.zeros(32)
         return np.array([u, v])
@@ -562,25 +547,22 @@ def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
 # Hands that come and go
 
 
-def one_string(events: np.ndarray) -> tuple[Voice, np.ndarray]:
+def one_string(*events: np.ndarray) -> tuple[Voice, np.ndarray]:
     """The G string of jazz-finger and its operators, a frame after `events`."""
     played = engine("jazz-finger")
     voice, ops = played.voices[3], played.pool.records[3]
-    play_frames(voice, ops, events, np.zeros(1))
+    play_frames(voice, ops, np.concatenate(events), np.zeros(1))
     return voice, ops
 
 
 def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
     for seconds in (0.0, 20e-3):  # on command, or by itself
-        events = np.zeros(2, EVENT)
-        events["kind"], events["apex"][0], events["place"] = [PLUCK, TOUCH_EVENT], 1e-3, [0.6, 0.2]
-        events["resistance"][1], events["width"][1], events["seconds"][1] = 2.0, 4e-3, seconds
-        voice, ops = one_string(events)
+        touch = event(TOUCH_EVENT, place=0.2, resistance=2.0, width=4e-3, seconds=seconds)
+        voice, ops = one_string(event(PLUCK, apex=1e-3, place=0.6), touch)
         resistance, at = [], 1
         for ms in (2.5, 5.0, 20.0, 27.5, 34.0, 36.0):
             frame = round(ms * RATE / 1000)
-            lift = np.zeros(1, EVENT)
-            lift["frame"], lift["kind"], lift["place"] = at, TOUCH_EVENT, 0.2
+            lift = event(TOUCH_EVENT, frame=at, place=0.2)
             play_frames(voice, ops, lift if seconds == 0.0 and ms == 27.5 else lift[:0], np.zeros(frame - at))
             at = frame
             resistance.append(float(voice.record["touches"]["resistance"][0, 0]))
@@ -589,14 +571,11 @@ def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
 
 def test_the_line_of_rest_moves_over_a_millisecond() -> None:
     """A hammer-on lowers it to the crown: too slowly to click, and heard no longer than a note."""
-    events = np.zeros(2, EVENT)
-    events["kind"], events["fret"] = [PLUCK, HAMMER], [0, 5]
-    events["apex"][0], events["place"][0], events["speed"][1] = 1e-3, 0.6, 2.5
-    voice, ops = one_string(events)
+    voice, ops = one_string(event(PLUCK, apex=1e-3, place=0.6), event(HAMMER, 5, speed=2.5))
     slot = voice.slots[int(voice.record["slot"][0])]
     first, left, at = float(slot["offset"]), [], 1
     for ms in (1, 4, 8):
-        play_frames(voice, ops, events[:0], np.zeros(ms * RATE // 1000 - at))
+        play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(ms * RATE // 1000 - at))
         at = ms * RATE // 1000
         left.append(float(slot["offset"]) / first)
     assert abs(first) > 1e-4 and left == pytest.approx([0.74, 0.09, 0.003], abs=0.03)
@@ -609,7 +588,7 @@ def frets_played(messages: Sequence[tuple[int, int, int]]) -> tuple[Engine, list
     """The player after messages 10 ms apart, and (sounding, fret) of its strings from the lowest."""
     played = engine("jazz-finger")
     for message in messages:
-        played.send(np.array([played.frame]), np.array([message], np.uint8))
+        send_now(played, message)
         played.process(480)
     return played, [(v.sounding(), v.note()[0]) for v in played.voices]
 

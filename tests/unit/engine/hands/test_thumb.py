@@ -7,11 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.costs import slow
 from support.modal import third_octaves
 from support.own_basses import load_preset
+from support.pitch import pitch
+from support.played import event
 from support.quiet import without_noise
 from support.scores import in_blocks
-from support.strings import paper_g
+from support.strings import even, paper_g
 
 import livebass
 from livebass import QUALITIES, score_of
@@ -28,28 +31,18 @@ from livebass.rows.arrays import Floats
 RATE = 48000
 MASS, WIDTH, STIFFNESS, LOSS = 0.03, 5e-3, 7e5, 0.35  # SI
 LIFTED, LIFT = 3e-3, 1.5  # s, N
-SLOW = pytest.mark.slow
 
 
 def strike(speed: float, place: float, fret: int = 0, **mass: float) -> np.ndarray:
     """The event of a thumb at `speed` m/s, `place` m from the stop, (1,)."""
-    event = np.zeros(1, EVENT)
-    event["kind"], event["fret"], event["speed"], event["place"] = THROW, fret, speed, place
-    event["mass"], event["width"], event["stiffness"] = (
-        mass.get("mass", MASS),
-        mass.get("width", WIDTH),
-        mass.get("stiffness", STIFFNESS),
-    )
-    return event
+    thumb = {"mass": MASS, "width": WIDTH, "stiffness": STIFFNESS} | mass
+    return event(THROW, fret, speed=speed, place=place, **thumb)
 
 
 def slap(preset: str = "slap", i: int = 0, **player: float) -> Engine:
     """String `i` of `preset` alone, with an even thumb."""
-    bass = without_noise(preset)
-    thumb = dataclasses.replace(
-        bass.player, unevenness=0.0, technique="slap", slapped_strings=len(bass.strings), **player
-    )
-    return Engine(string_alone(dataclasses.replace(bass, player=thumb), i), QUALITIES["live"], RATE, workers=1)
+    bass = even(preset, technique="slap", slapped_strings=len(load_preset(preset).strings), **player)
+    return Engine(string_alone(bass, i), QUALITIES["live"], RATE, workers=1)
 
 
 def note(engine: Engine, velocity: int, seconds: float, fret: int = 0) -> Floats:
@@ -150,9 +143,9 @@ def thumb_voice(trial: Trial) -> tuple[Voice, Pool]:
     ("preset", "name", "fret", "speed", "seconds"),
     [
         ("slap-impulse", "E", 0, 2.0, 0.012),
-        pytest.param("slap-impulse", "E", 0, 3.5, 0.1, marks=SLOW),
-        pytest.param("slap-impulse", "A", 5, 1.0, 0.1, marks=SLOW),
-        pytest.param("slap-impulse", "G", 12, 2.0, 0.1, marks=SLOW),
+        slow("slap-impulse", "E", 0, 3.5, 0.1),
+        slow("slap-impulse", "A", 5, 1.0, 0.1),
+        slow("slap-impulse", "G", 12, 2.0, 0.1),
     ],
 )
 def test_a_slap_is_that_of_brute_force(preset: str, name: str, fret: int, speed: float, seconds: float) -> None:
@@ -162,13 +155,13 @@ def test_a_slap_is_that_of_brute_force(preset: str, name: str, fret: int, speed:
     state, pool = thumb_voice(trial)
     fast = np.zeros(trial.samples)
     play_frames(state, pool.records[0], strike(speed, place), fast)
-    slow = brute(trial, speed, place)
+    exact = brute(trial, speed, place)
     assert state.note()[1] > 10
     first = round(0.01 * RATE)
-    error = np.abs(fast - slow)[:first].max() / np.abs(slow).max()
+    error = np.abs(fast - exact)[:first].max() / np.abs(exact).max()
     assert error < 0.01, error
     if seconds >= 0.1:
-        levels = [third_octaves(np.gradient(motion), RATE) for motion in (fast, slow)]
+        levels = [third_octaves(np.gradient(motion), RATE) for motion in (fast, exact)]
         one, other = (np.maximum(level - level.max(), -30.0) for level in levels)
         apart = np.abs(one - other).mean()
         assert apart < 1.5, apart
@@ -197,10 +190,10 @@ def energies(trial: Trial, speed: float, place: float) -> tuple[Floats, int]:
     """Energy after each frame, (n, 3), and the number of frames with the string pressed on an obstacle."""
     state, pool = thumb_voice(trial)
     ops = pool.records[0]
-    event, one = strike(speed, place), np.zeros(1)
+    thrown, one = strike(speed, place), np.zeros(1)
     values, pressed = [], 0
     for m in range(trial.samples):
-        play_frames(state, ops, event if m == 0 else event[:0], one)
+        play_frames(state, ops, thrown if m == 0 else thrown[:0], one)
         values.append(energy(state, ops[0], trial.speaking))
         pressed += state.pressed()
     return np.array(values), pressed
@@ -290,18 +283,12 @@ def test_harder_slaps_are_brighter(i: int) -> None:
 
 @pytest.mark.parametrize("i", [0, 1])
 def test_a_slap_settles_at_the_pitch_of_a_pluck(i: int) -> None:
-    def pitch(sound: Floats, near: float) -> float:
-        part = sound[RATE:]
-        spectrum = np.abs(np.fft.rfft(part * np.blackman(part.size), 1 << 20))
-        frequency = np.fft.rfftfreq(1 << 20, 1 / RATE)
-        band = np.abs(np.log2(frequency[1:] / near)) < 0.05
-        return float(frequency[1:][band][np.argmax(spectrum[1:][band])])
-
     engine = slap(i=i)
     bass = engine.instrument
     pluck = dataclasses.replace(bass, player=dataclasses.replace(bass.player, technique="pluck", hardest=1.0))
     near = 2 * note_frequency(bass.strings[0].open_note)  # E's first partial is weak
-    found = [pitch(note(e, 110, 3.0), near) for e in (engine, Engine(pluck, QUALITIES["live"], RATE, workers=1))]
+    sounds = [note(e, 110, 3.0)[RATE:] for e in (engine, Engine(pluck, QUALITIES["live"], RATE, workers=1))]
+    found = [pitch(sound, RATE, near) for sound in sounds]
     assert abs(1200 * np.log2(found[0] / found[1])) < 3, found
 
 
@@ -331,9 +318,9 @@ def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, lo
     """At the limits of the keys, at 8 m/s: the string has no more energy than the thumb had, and is soon free of it."""
     engine = slap(i=i, thumb_loss=loss)
     voice, ops, none = engine.voices[0], engine.pool.records[0], np.zeros(0, EVENT)
-    event, one, op = strike(8.0, 0.6, mass=mass, width=width, stiffness=stiffness), np.zeros(1), ops[0]
+    thrown, one, op = strike(8.0, 0.6, mass=mass, width=width, stiffness=stiffness), np.zeros(1), ops[0]
     for n in range(round(0.07 * RATE)):
-        play_frames(voice, ops, event if n == 0 else none, one)
+        play_frames(voice, ops, thrown if n == 0 else none, one)
         slot = voice.slots[int(voice.record["slot"][0])]
         u, m = slot["u"], int(op["padded"])
         total = float(np.sum(modal_row(u, "p")[:m] ** 2 + (u["kappa"] * u["omega"] * modal_row(u, "q"))[:m] ** 2)) / (

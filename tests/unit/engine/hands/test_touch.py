@@ -10,6 +10,7 @@ import pytest
 from support.costs import KINDS, of_each_kind, quick
 from support.own_basses import load_preset
 from support.quiet import without_noise
+from support.strings import even
 
 from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
@@ -80,11 +81,6 @@ class Hand:
 
     def fundamental(self, i: int, fret: int) -> float:
         return note_frequency(self.bass.strings[i].open_note + fret)
-
-
-def even(name: str, **player: float) -> Instrument:
-    """A bass with an even player."""
-    return without_noise(name, **{"unevenness": 0.0, **player})
 
 
 def band(x: Floats, low: float, high: float) -> float:

@@ -11,14 +11,13 @@ import hashlib
 import math
 import os
 import platform
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.command import module_paths, python_output
 from support.places import ROOT
 from support.programs import load
 
@@ -28,7 +27,7 @@ from livebass.kernels.string.modal import LANES
 
 ULP = 1.0
 
-EXACT = {
+EXACT: dict[str, tuple[tuple[float, ...], ...]] = {  # arguments, and the value
     "sin": (
         (91.106186954104, -1.2379612731767154e-18), (182.212373908208, 2.475922546353431e-18),
         (364.424747816416, 4.951845092706862e-18), (-2515.651908010371, -0.6916762687646417),
@@ -71,32 +70,32 @@ EXACT = {
         (1.7976931348623157e308, 1024.0), (3.0, 1.584962500721156), (10.0, 3.321928094887362),
         (1e-05, -16.609640474436812), (0.1, -3.321928094887362), (1e22, 73.08241808752197),
     ),
+    "power": (
+        (1.0000000000000002, 3.1e18, 8.740064376489356e298), (0.9999999999999999, -6.3e18, 5.79631480202735e303),
+        (1.0000001, 7000000000.0, 1.0141969717459648e304), (0.9, 6700.0, 2.659581133369335e-307),
+        (0.7071067811865476, -2046.9, 1.227860595756333e308), (1.4142135623730951, -2147.9, 5e-324),
+        (5e-324, 0.95, 7.229286294568597e-308), (1.7976931348623157e308, 0.999, 8.840174632999172e307),
+        (1e-300, 1.07, 1e-321), (3e-07, 1.3, 3.3132761257103814e-09), (1.234e-09, 2.3, 3.236121861360385e-21),
+        (0.00025, 3.9, 8.952947417938789e-15), (1e-15, 1.1, 3.16227766016837e-17), (7e-06, 1.5, 1.8520259177452135e-08),
+        (0.0999, 2.999, 0.0009993023280788873), (2.2250738585072014e-308, 1.0, 2.2250738585072014e-308),
+        (2.0, 0.25, 1.189207115002721), (5.0, 0.007936507936507936, 1.0128552440319638),
+        (123.4, 0.77, 40.767367933065856), (10.0, -5.0, 1e-05), (3.0, 3.0, 27.0),
+    ),
 }  # fmt: skip
-POWERS = (
-    (1.0000000000000002, 3.1e18, 8.740064376489356e298), (0.9999999999999999, -6.3e18, 5.79631480202735e303),
-    (1.0000001, 7000000000.0, 1.0141969717459648e304), (0.9, 6700.0, 2.659581133369335e-307),
-    (0.7071067811865476, -2046.9, 1.227860595756333e308), (1.4142135623730951, -2147.9, 5e-324),
-    (5e-324, 0.95, 7.229286294568597e-308), (1.7976931348623157e308, 0.999, 8.840174632999172e307),
-    (1e-300, 1.07, 1e-321), (3e-07, 1.3, 3.3132761257103814e-09), (1.234e-09, 2.3, 3.236121861360385e-21),
-    (0.00025, 3.9, 8.952947417938789e-15), (1e-15, 1.1, 3.16227766016837e-17), (0.0999, 2.999, 0.0009993023280788873),
-    (7e-06, 1.5, 1.8520259177452135e-08), (2.2250738585072014e-308, 1.0, 2.2250738585072014e-308),
-    (2.0, 0.25, 1.189207115002721), (5.0, 0.007936507936507936, 1.0128552440319638),
-    (123.4, 0.77, 40.767367933065856), (10.0, -5.0, 1e-05), (3.0, 3.0, 27.0),
-)  # fmt: skip
 INF, NAN = math.inf, math.nan
-SPECIAL = {
+SPECIAL: dict[str, tuple[tuple[float, ...], ...]] = {
     "sin": ((0.0, 0.0), (INF, NAN), (-INF, NAN), (NAN, NAN), (1e300, 0.0), (5e-324, 5e-324)),
     "cos": ((0.0, 1.0), (INF, NAN), (-INF, NAN), (NAN, NAN), (1e300, 1.0), (5e-324, 1.0)),
     "exp": ((0.0, 1.0), (-0.0, 1.0), (INF, INF), (-INF, 0.0), (NAN, NAN), (709.79, INF), (-745.14, 0.0), (1e300, INF)),
     "exp2": ((0.0, 1.0), (INF, INF), (-INF, 0.0), (NAN, NAN), (1024.0, INF), (-1075.0, 0.0), (-1e300, 0.0)),
     "log2": ((0.0, -INF), (-0.0, -INF), (INF, INF), (-INF, NAN), (-1e-300, NAN), (NAN, NAN), (1.0, 0.0)),
-}
-SPECIAL_POWERS = (
-    (0.0, 0.0, 1.0), (0.0, 1.3, 0.0), (0.0, -1.3, INF), (-0.0, 2.5, 0.0), (-1.0, 2.0, NAN), (NAN, 1.0, NAN),
-    (2.0, NAN, NAN), (NAN, 0.0, 1.0), (1.0, NAN, 1.0), (1.0, INF, 1.0), (INF, 0.0, 1.0), (INF, 1.0, INF),
-    (INF, -1.0, 0.0), (2.0, INF, INF), (2.0, -INF, 0.0), (0.5, INF, 0.0), (0.5, -INF, INF), (2.0, 1e300, INF),
-    (2.0, 1024.0, INF), (2.0, -1074.0, 5e-324), (2.0, -1076.0, 0.0), (0.5, 1074.0, 5e-324), (1.5, 1.0, 1.5),
-)  # fmt: skip
+    "power": (
+        (0.0, 0.0, 1.0), (0.0, 1.3, 0.0), (0.0, -1.3, INF), (-0.0, 2.5, 0.0), (-1.0, 2.0, NAN), (NAN, 1.0, NAN),
+        (2.0, NAN, NAN), (NAN, 0.0, 1.0), (1.0, NAN, 1.0), (1.0, INF, 1.0), (INF, 0.0, 1.0), (INF, 1.0, INF),
+        (INF, -1.0, 0.0), (2.0, INF, INF), (2.0, -INF, 0.0), (0.5, INF, 0.0), (0.5, -INF, INF), (2.0, 1e300, INF),
+        (2.0, 1024.0, INF), (2.0, -1074.0, 5e-324), (2.0, -1076.0, 0.0), (0.5, 1074.0, 5e-324), (1.5, 1.0, 1.5),
+    ),
+}  # fmt: skip
 
 
 def ulps(found: float, exact: float) -> float:
@@ -107,24 +106,15 @@ def ulps(found: float, exact: float) -> float:
 @pytest.mark.parametrize("name", EXACT)
 def test_values_are_exact_to_an_ulp(name: str) -> None:
     function = getattr(elementary, name)
-    wrong = [(x, function(x), y) for x, y in EXACT[name] if not ulps(function(x), y) <= ULP]
-    assert not wrong, f"{name}(x), x, found, exact: {wrong}"
-
-
-def test_powers_are_exact_to_an_ulp() -> None:
-    wrong = [(x, y, elementary.power(x, y), z) for x, y, z in POWERS if not ulps(elementary.power(x, y), z) <= ULP]
-    assert not wrong, f"x, y, found, exact: {wrong}"
+    found = [(*given, function(*given), exact) for *given, exact in EXACT[name]]
+    wrong = [case for case in found if not ulps(*case[-2:]) <= ULP]
+    assert not wrong, f"arguments of {name}, found, exact: {wrong}"
 
 
 @pytest.mark.parametrize("name", SPECIAL)
 def test_special_values(name: str) -> None:
-    found = [getattr(elementary, name)(x) for x, _ in SPECIAL[name]]
-    np.testing.assert_array_equal(found, [y for _, y in SPECIAL[name]])
-
-
-def test_special_powers() -> None:
-    found = [elementary.power(x, y) for x, y, _ in SPECIAL_POWERS]
-    np.testing.assert_array_equal(found, [z for _, _, z in SPECIAL_POWERS])
+    found = [getattr(elementary, name)(*given) for *given, _ in SPECIAL[name]]
+    np.testing.assert_array_equal(found, [case[-1] for case in SPECIAL[name]])
 
 
 def test_whole_powers_of_two_are_exact() -> None:
@@ -253,13 +243,9 @@ def test_the_bits_are_the_same_on_every_processor() -> None:
 def test_the_bits_are_the_same_without_newer_instructions(tmp_path: Path) -> None:
     """Compiled for the oldest processor: no fused multiply-add, two lanes."""
     code = f"import runpy; print(runpy.run_path({os.fspath(__file__)!r})['digest']())"
-    env = {**os.environ, "NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
-    env["LIVEBASS_FROM_SOURCE"] = "1"
-    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(ROOT / "tests"), env.get("PYTHONPATH", "")])
-    run = subprocess.run(
-        [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert run.stdout.split() == [DIGEST], run.stderr
+    env = {"NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
+    env |= {"LIVEBASS_FROM_SOURCE": "1"} | module_paths(ROOT)
+    assert python_output("-c", code, env=env).split() == [DIGEST]
 
 
 def test_the_constants_are_those_that_are_derived() -> None:

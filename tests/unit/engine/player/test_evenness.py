@@ -7,7 +7,6 @@ column per fret.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import itertools
 import sys
@@ -16,7 +15,8 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 from support.costs import KINDS, of_each_kind, quick
-from support.quiet import without_noise
+from support.messages import send_now
+from support.strings import even
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
@@ -50,15 +50,7 @@ AFTER, ANEW = 0.25, 1.6
 
 @functools.cache
 def engine(name: str) -> Engine:
-    bass = without_noise(load_preset(name))
-    return Engine(
-        dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0)), QUALITIES["live"], RATE
-    )
-
-
-def play(player: Engine, *messages: tuple[int, int, int]) -> None:
-    """Sends messages now."""
-    player.send(np.full(len(messages), player.frame), np.array(messages, np.uint8))
+    return Engine(even(load_preset(name)), QUALITIES["live"], RATE)
 
 
 def on_string(player: Engine, i: int, fret: int) -> int:
@@ -73,9 +65,9 @@ def sound(name: str, i: int, fret: int, stroke: str, velocity: int, up: bool = F
     player = engine(name).another()
     switch = KEYS[stroke]
     if switch is not None:
-        play(player, (0x90, switch, 100))
+        send_now(player, (0x90, switch, 100))
     player.performer["hands"]["other"] = int(up)
-    play(player, (0x90, on_string(player, i, fret), velocity))
+    send_now(player, (0x90, on_string(player, i, fret), velocity))
     return player.process(round(LENGTH * RATE)).sum(axis=0)
 
 
@@ -167,9 +159,9 @@ def test_a_pick_that_goes_up_is_hardly_softer(name: str) -> None:
 def hammer(name: str, i: int, first: int, second: int, after: float, velocity: int = 80) -> float:
     """Level of a hammer-on between two frets, `after` s after the pluck."""
     player = engine(name).another()
-    play(player, (0x90, KEYS["fingers"] or 0, 100), (0xB0, 68, 127), (0x90, on_string(player, i, first), velocity))
+    send_now(player, (0x90, KEYS["fingers"] or 0, 100), (0xB0, 68, 127), (0x90, on_string(player, i, first), velocity))
     player.process(round(after * RATE))
-    play(player, (0x90, player.instrument.strings[i].open_note + second, velocity))
+    send_now(player, (0x90, player.instrument.strings[i].open_note + second, velocity))
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
 
@@ -192,14 +184,14 @@ def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) ->
 def second(name: str, i: int, before: int, fret: int, stroke: str) -> float:
     """Level of a note AFTER another of the same string and stroke has ended."""
     player = engine(name).another()
-    play(player, (0x90, KEYS[stroke] or 0, 100))
+    send_now(player, (0x90, KEYS[stroke] or 0, 100))
     for k, n in enumerate((before, fret)):
         player.performer["hands"]["other"] = 0
         key = on_string(player, i, n)
-        play(player, (0x90, key, 100))
+        send_now(player, (0x90, key, 100))
         if k == 0:
             player.process(round(LENGTH * RATE))
-            play(player, (0x80, key, 0))
+            send_now(player, (0x80, key, 0))
             player.process(round(AFTER * RATE))
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
@@ -237,8 +229,5 @@ if __name__ == "__main__":
                 for i, string in enumerate(engine(name).instrument.strings):
                     row = levels(name, i, range(engine(name).frets + 1), stroke, velocity)
                     ends = f"{np.ptp(row):4.1f} {np.abs(np.diff(row)).max():4.1f}"
-                    print(
-                        f"{name:16} {stroke:14} {velocity:3} {string.name:2} {ends} |",
-                        *(f"{x:5.1f}" for x in row),
-                        flush=True,
-                    )
+                    heading = f"{name:16} {stroke:14} {velocity:3} {string.name:2} {ends} |"
+                    print(heading, *(f"{x:5.1f}" for x in row), flush=True)

@@ -4,63 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import partial
 from pathlib import Path
 
 import mido
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support import hands
+from support.hands import FEW
 from support.messages import Message, control, off, on, wheel
-from support.quiet import without_noise
+from support.pitch import pitch
+from support.strings import even
 
-from livebass import Instrument, Quality, read_score
+from livebass import Instrument, read_score
 from livebass.engine.engine import Engine
-from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
+from livebass.engine.prepare import bass_numbers, fill_key_map
 from livebass.kernels.player import fingering, strokes
 from livebass.kernels.player.constants import FINGER, KEY_MAP, PICK, POP
-from livebass.kernels.player.performer import MAX_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
+from livebass.model.instrument import note_frequency
 from livebass.model.keymap import MAPS, MODO, MODO_12, KeyMap, velocity_parts
 from livebass.rows import techniques
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import FUNCTION_ROWS, LEARNABLE, LEARNED, PARAMETER_ROWS, TECHNIQUE_ROWS
 
-FEW = Quality("few", 30, 192e3)  # modes do not matter here
 RATE = 48000
 TICKS = 20  # of a bar of the MIDI file
 KEY, HIGHER = 45, 48  # an A found on every string, and a C above it
+SLIDES_OFF = ("slide_off_down", "slide_off_up")
 HARMONICS = ("artificial", "artificial_12th", "artificial_15th", "pinch")
 TOP = {name: key for key, name, _ in MODO.keys if key >= techniques.TOP_KEYS}
 
 
-@cache
-def engine_of(preset: str = "jazz-finger") -> Engine:
-    return Engine(without_noise(preset), FEW, RATE)
-
-
-def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
-    """The bass of `preset`, played evenly, with the fields `player`."""
-    instrument = engine_of(preset).instrument
-    return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
-
-
-class Hands:
-    """The performer alone: messages in, events out."""
-
-    def __init__(self, instrument: Instrument | None = None, preset: str = "jazz-finger") -> None:
-        self.engine = engine_of(preset)
-        self.record = new_performer(bass_numbers(instrument or bass(), [], self.engine.frets))
-        self.p = self.record[0]
-
-    def __call__(self, *messages: Message) -> NDArray[np.void]:
-        events, count = np.zeros(MAX_EVENTS * len(messages), records.EVENT), 0
-        for message in messages:
-            before = count
-            count = take_message(self.record, self.engine.pool.records, 0, message, events, count)
-            assert count - before <= MAX_EVENTS
-        return events[:count]
+Hands = partial(hands.Hands, switches=True)
 
 
 def of(events: NDArray[np.void], kind: int) -> NDArray[np.void]:
@@ -111,14 +89,8 @@ def test_the_second_map_is_an_octave_above_the_first() -> None:
     moved = low - {(key - 12, name, value) for key, name, value in MODO_12.keys}
     assert {name for _, name, _ in moved} == {"palm_mute", "up_stroke", "thumb_on_all", "pop_on_all", "artificial"}
     assert top == {row for row in MODO_12.keys if row[0] > 112}
-    assert {key: value for key, name, value in MODO.keys if name == "string"} == {
-        0: 0,
-        9: 9,
-        11: 11,
-        14: 2,
-        16: 4,
-        19: 7,
-    }
+    called = {key: value for key, name, value in MODO.keys if name == "string"}
+    assert called == {0: 0, 9: 9, 11: 11, 14: 2, 16: 4, 19: 7}
     assert [(key, value) for key, name, value in MODO_12.keys if name == "hand"] == [(88 + n, n) for n in range(1, 25)]
     strings = {key for key, name, _ in MODO_12.keys if name == "string"}
     places = {name: key for key, name, _ in MODO_12.keys if name not in ("string", "hand")}
@@ -177,9 +149,7 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "thumb_on_all": struck == 1,
         "pop_on_all": len(plucked) == 1 and stroke == POP,
         **dict.fromkeys(HARMONICS, len(plucked) == 1 and plucked["fret"][0] > 0 and touched == [3]),
-        **dict.fromkeys(
-            ("slide_off_down", "slide_off_up"), events["kind"].tolist() == [records.PLUCK, records.TIMED_GLIDE]
-        ),
+        **dict.fromkeys(SLIDES_OFF, events["kind"].tolist() == [records.PLUCK, records.TIMED_GLIDE]),
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
 
@@ -190,7 +160,7 @@ def test_midi_made_for_modo_plays_as_written(keys: KeyMap, tmp_path: Path) -> No
     bars = midi_file(tmp_path / "modo.mid", keys)
     score = read_score(tmp_path / "modo.mid", 8000)
     played = [tuple(map(int, m)) for m in score.messages[score.messages[:, 0] != 0xC0]]
-    hands, at = Hands(bass(keys=keys)), 0
+    hands, at = Hands(even(keys=keys)), 0
     for _, name, value, messages in phrases(keys):
         events = hands(*played[at : at + len(messages)])
         at += len(messages)
@@ -201,22 +171,21 @@ def test_midi_made_for_modo_plays_as_written(keys: KeyMap, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("keys", MAPS.values(), ids=MAPS)
 def test_strokes_go_where_their_keys_say(keys: KeyMap) -> None:
-    hands, key_of = Hands(bass(keys=keys)), {name: key for key, name, _ in keys.keys}
+    hands, key_of = Hands(even(keys=keys)), {name: key for key, name, _ in keys.keys}
     hands(on(key_of["pick"]), off(key_of["pick"]))
     free = [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(4)]
     down, up = sorted({round(angle, 12) for angle in free}, reverse=True)
     assert down > 0 > up and free in ([down, up] * 2, [up, down] * 2)
     for key, angle in ((key_of["down_stroke"], down), (key_of["up_stroke"], up)):
         hands(on(key))
-        assert [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(3)] == [
-            angle
-        ] * 3
+        held = [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(3)]
+        assert held == [angle] * 3
         hands(off(key))
 
 
 @pytest.mark.parametrize("before", [(), (control(64, 127),)], ids=["bare", "pedal"])
 def test_a_key_let_go_stops_its_string_while_detach_is_held(before: tuple[Message, ...]) -> None:
-    hands = Hands(bass(keys=MODO_12))
+    hands = Hands(even(keys=MODO_12))
     hands(*before, on(24), on(KEY), on(HIGHER), on(32))
     stopped = hands(off(HIGHER))
     assert stopped["kind"].tolist() == [records.HAND] and not len(hands(off(KEY)))
@@ -226,7 +195,7 @@ def test_a_key_let_go_stops_its_string_while_detach_is_held(before: tuple[Messag
 
 
 def test_the_hand_goes_to_its_key_or_controller() -> None:
-    hands = Hands(bass(keys=MODO_12))
+    hands = Hands(even(keys=MODO_12))
     hands(on(88 + 12), off(88 + 12))
     assert hands.p["hands"]["place"] == 12
     assert of(hands(on(55)), records.PLUCK)[["string", "fret"]].tolist() == [(3, 12)]
@@ -238,16 +207,16 @@ def test_the_hand_goes_to_its_key_or_controller() -> None:
 
 
 def test_keys_go_before_notes_where_a_map_says_so() -> None:
-    low = bass_numbers(bass(keys=MODO_12), [], 20)["open_note"][0, 0]
+    low = bass_numbers(even(keys=MODO_12), [], 20)["open_note"][0, 0]
     assert low == 28
-    assert not len(Hands(bass(keys=MODO_12))(on(28))), "E string"
+    assert not len(Hands(even(keys=MODO_12))(on(28))), "E string"
     before = replace(MODO_12, over_notes=False)
-    assert len(Hands(bass(keys=before))(on(28))) == 1, "a note"
+    assert len(Hands(even(keys=before))(on(28))) == 1, "a note"
 
 
 def test_the_top_keys_switch_in_any_tuning() -> None:
     """A bass so low that key 20 is a note has its thumb on key 113, even after a change of bass."""
-    low = bass()
+    low = even()
     strings = tuple(replace(string, open_note=string.open_note - 10) for string in low.strings)
     low = replace(low, strings=strings)
     assert not {18, 20} & low.switches and TOP.keys() <= {name for k, name, _ in MODO.keys if k in low.switches}
@@ -273,7 +242,7 @@ def test_a_pinch_is_the_partial_under_the_hand() -> None:
     hands(on(TOP["pinch"]))
     for place in (127, 80, 60, 0):
         pluck, touch = hands(control(3, place), on(31))[:2]
-        length = hands.engine.pool.records[0, 3]["length"]
+        length = hands.ops[0, 3]["length"]
         found.append(length / (length - touch["place"]))
         assert pluck["place"] == pytest.approx(length - length / found[-1] + strokes.PINCH_THUMB)
     assert found == pytest.approx(np.rint(found)) and found == sorted(found, reverse=True)
@@ -321,15 +290,15 @@ def test_new_ways_to_play_sound_the_same_in_blocks_of_any_size() -> None:
         messages += [(at, on(key)), (at, on(45)), (at + 3000, on(50)), (at + 5000, off(50)), (at + 5500, off(45))]
         messages += [(at + 6000, off(key))]
         at += 6000 + 7 * len(name)
-    whole, plain = (sound(bass(), [m for m in messages if keys or m[1][1] < 100], at) for keys in (True, False))
+    whole, plain = (sound(even(), [m for m in messages if keys or m[1][1] < 100], at) for keys in (True, False))
     assert not np.array_equal(whole, plain)
     for size in (1000, 333):
-        assert np.array_equal(sound(bass(), messages, at, size), whole)
+        assert np.array_equal(sound(even(), messages, at, size), whole)
 
 
 def test_a_map_of_ones_own() -> None:
     own = KeyMap("own", ((100, "ghost", 0),), ((20, "vibrato"), (21, "let_ring"), (16, "volume")), over_notes=True)
-    hands = Hands(bass(keys=own))
+    hands = Hands(even(keys=own))
     assert not len(hands(control(1, 127))) and of(hands(control(20, 127)), records.WAVER)["value"].max() > 0.3
     assert len(of(hands(control(16, 64)), records.GAIN)) == 4, "the map goes before the usual position controller"
     assert len(hands(on(10), off(10))) > 0, "a note an octave or two below"
@@ -343,7 +312,7 @@ def test_a_map_of_ones_own() -> None:
 def test_the_position_controller_of_a_preset_is_one_more() -> None:
     def places(**player: object) -> list[int]:
         made = np.zeros(1, KEY_MAP)
-        fill_key_map(made[0], bass(**player).player)
+        fill_key_map(made[0], even(**player).player)
         return np.flatnonzero(made["function"][0] == techniques.CC_PLACE).tolist()
 
     assert places() == [3, 16] and places(position_controller=20) == [3, 20]
@@ -362,7 +331,7 @@ def test_all_notes_off_releases_keys_that_switch() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap", "precision-pick"])
 def test_the_basss_own_stroke_comes_back(preset: str) -> None:
-    hands = Hands(bass(preset), preset)
+    hands = Hands(even(preset))
     own = {name: int(hands.p[name]) for name in ("stroke", "slapped")}
     for key in (key for key, name, _ in MODO.keys if techniques.STROKE_OF[TECHNIQUE_ROWS[name].number]):
         hands(on(key), off(key), control(LEARNED + techniques.TECHNIQUE, 0))
@@ -372,18 +341,8 @@ def test_the_basss_own_stroke_comes_back(preset: str) -> None:
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap"])
 def test_the_usual_map_leaves_files_as_they_were(preset: str) -> None:
     """Controllers meant for synths: those not in the map do nothing."""
-    hands = Hands(bass(preset), preset)
-    taken = {number for number, _ in MODO.controllers} | {
-        6,
-        16,
-        38,
-        98,
-        99,
-        100,
-        101,
-        *range(102, 110),
-        *range(120, 128),
-    }
+    hands = Hands(even(preset))
+    taken = {number for number, _ in MODO.controllers} | {6, 16, 38, *range(98, 110), *range(120, 128)}
     before = memory(hands.record)
     for number in set(range(128)) - taken:
         for value in (127, 0, 64):
@@ -415,14 +374,14 @@ def test_points_of_a_curve() -> None:
 
 
 def test_a_curve_is_how_hard_a_note_is() -> None:
-    straight, curved = Hands(), Hands(bass(velocity_curve=((1.0, 1.0), (64.0, 90.0), (127.0, 127.0))))
+    straight, curved = Hands(), Hands(even(velocity_curve=((1.0, 1.0), (64.0, 90.0), (127.0, 127.0))))
     for played, meant in ((64, 90), (1, 1), (127, 127)):
         one, other = (hands(on(45, v), off(45))["apex"][0] for hands, v in ((curved, played), (straight, meant)))
         assert one == other
 
 
 def test_soft_notes_are_ghost_notes_where_a_preset_says_so() -> None:
-    hands = Hands(bass(ghost_below=30))
+    hands = Hands(even(ghost_below=30))
     assert len(of(hands(on(45, 29), off(45)), records.TOUCH_EVENT)) == 2
     assert not len(of(hands(on(45, 30), off(45)), records.TOUCH_EVENT))
 
@@ -431,7 +390,7 @@ def test_soft_notes_are_ghost_notes_where_a_preset_says_so() -> None:
 
 
 def test_a_wheel_that_slides_goes_over_frets() -> None:
-    hands = Hands(bass(wheel="slide"))
+    hands = Hands(even(wheel="slide"))
     fret = int(hands(on(48))["fret"][0])
     hands(on(33))  # the open A stays as it is
     for value, by in ((4096, [1]), (5000, []), (8191, [2]), (7000, []), (0, [0]), (-8192, [-2]), (0, [0])):
@@ -445,7 +404,7 @@ def test_a_wheel_that_slides_goes_over_frets() -> None:
 
 def test_a_wheel_that_slides_does_not_jitter_between_frets() -> None:
     """Half way between two frets it stays where it is."""
-    hands = Hands(bass(wheel="slide"))
+    hands = Hands(even(wheel="slide"))
     fret = int(hands(on(48))["fret"][0])
 
     def at(semitones: float) -> list[int]:
@@ -491,17 +450,10 @@ def test_a_string_goes_back_to_four_keys_that_are_still_held() -> None:
 
 def test_a_slide_by_the_wheel_sounds_at_its_note() -> None:
     """Two semitones up, staircase and all: the last note is within 5 cents."""
-    instrument = bass("jazz-finger", wheel="slide")
+    instrument = even("jazz-finger", wheel="slide")
     messages = [(0, on(45, 60)), (12000, wheel(8191))]
-    x = sound(instrument, messages, 2 * RATE)
-    tail = x[RATE:] * np.blackman(RATE)
-    spectrum = np.log(np.abs(np.fft.rfft(tail, 4 * RATE)) + 1e-20)
-    near = 440 * 2 ** ((47 - 69) / 12)
-    low, high = int(0.95 * near * 4), int(1.05 * near * 4)
-    k = low + int(np.argmax(spectrum[low:high]))
-    a, b, c = spectrum[k - 1 : k + 2]
-    pitch = (k + 0.5 * (a - c) / (a - 2 * b + c)) / 4
-    assert abs(1200 * np.log2(pitch / near)) < 5
+    x, near = sound(instrument, messages, 2 * RATE), note_frequency(47)
+    assert abs(1200 * np.log2(pitch(x[RATE:], RATE, near) / near)) < 5
     assert np.array_equal(x, sound(instrument, messages, 2 * RATE, 777)), "in any blocks"
 
 
@@ -530,7 +482,7 @@ def test_tone_and_blend_reach_every_string_and_no_key_is_needed() -> None:
 
 @pytest.mark.parametrize(("value", "off_pickup"), [(0, "bridge"), (127, "neck")])
 def test_the_blend_leaves_one_pickup(value: int, off_pickup: str) -> None:
-    instrument = bass()
+    instrument = even()
     pickups = sorted(instrument.output.pickups, key=lambda p: p.position)
     assert len(pickups) == 2
     gone = pickups[0 if off_pickup == "bridge" else -1]
@@ -545,18 +497,18 @@ def test_the_blend_leaves_one_pickup(value: int, off_pickup: str) -> None:
 def test_tone_and_blend_move_without_a_click(number: int) -> None:
     """Swept end to end and switched at once: no step exceeds the note's own; blocks of any size sound the same."""
     notes = [(0, on(45, 100))]
-    still = sound(bass(), notes, 24000)
+    still = sound(even(), notes, 24000)
     moves = [(6000 + 100 * k, control(number, k)) for k in range(0, 128, 4)] + [(20000, control(number, 0))]
-    moved = sound(bass(), notes + moves, 24000)
+    moved = sound(even(), notes + moves, 24000)
     assert not np.array_equal(still, moved)
     assert np.abs(np.diff(moved[5000:])).max() < 1.2 * np.abs(np.diff(still[:5000])).max()
     for size in (1000, 333):
-        assert np.array_equal(sound(bass(), notes + moves, 24000, size), moved)
+        assert np.array_equal(sound(even(), notes + moves, 24000, size), moved)
 
 
 def test_a_closed_tone_pot_is_darker() -> None:
     notes = [(100, on(45, 100))]
-    dark, bright = (sound(bass(), [(0, control(17, value)), *notes], 12000) for value in (0, 127))
+    dark, bright = (sound(even(), [(0, control(17, value)), *notes], 12000) for value in (0, 127))
     assert np.abs(np.diff(dark)).max() < 0.5 * np.abs(np.diff(bright)).max()
 
 
@@ -571,16 +523,16 @@ def test_every_parameter_has_a_controller(symbol: str) -> None:
 
 def test_the_left_hand_slaps() -> None:
     """A mass on the strings about fret 7, with fingers on them: a clack without ringing partials."""
-    hands = Hands(bass())
+    hands = Hands(even())
     hands(on(7))
     events = hands(on(33))
     (throw,) = of(events, records.THROW)
-    ops = hands.engine.pool.records[int(throw["string"])]
+    ops = hands.ops[int(throw["string"])]
     assert throw["fret"] == 0 and throw["place"] == pytest.approx(ops["length"][0] - ops["length"][7])
     assert throw["mass"] == strokes.LEFT_MASS and len(of(events, records.TOUCH_EVENT)) == 2
     hands(off(7))
     assert len(of(hands(on(35)), records.PLUCK)) == 1
-    x = np.abs(sound(bass(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))
+    x = np.abs(sound(even(), [(0, on(7, 100)), (100, on(33, 110))], RATE // 2))
     peak, rest = x[: RATE // 10].max(), x[RATE // 5 : RATE // 3].max()
-    plucked = np.abs(sound(bass(), [(100, on(33, 110))], RATE // 10)).max()
+    plucked = np.abs(sound(even(), [(100, on(33, 110))], RATE // 10)).max()
     assert 0.8 < peak / plucked < 1.1 and rest < 0.05 * peak, (peak, plucked, rest)

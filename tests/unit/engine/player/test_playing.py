@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from copy import deepcopy
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from support import messages
+from support.levels import rms
 from support.messages import Message, control, off, wheel
 from support.own_basses import load_preset
+from support.pitch import pitch
 from support.strings import even, one_string
 
 import livebass
-from livebass import preset_names
 from livebass.engine.engine import Engine
 from livebass.kernels.string.records import LINE
 from livebass.live.synth import LiveBass
@@ -68,10 +68,6 @@ def play(messages: Iterable[Timed], seconds: float, preset: str = "jazz-finger")
 
 def mix(messages: Iterable[Timed], seconds: float, preset: str = "jazz-finger") -> Floats:
     return play(messages, seconds, preset).sum(axis=0)
-
-
-def rms(x: Floats) -> float:
-    return float(np.sqrt(np.mean(x**2)))
 
 
 def part(x: Floats, start: float, end: float) -> Floats:
@@ -245,16 +241,6 @@ def test_the_pedal_holds_the_sound() -> None:
 # Bends
 
 
-def pitch(x: Floats, near: float) -> float:
-    """Frequency (Hz) of the partial nearest to `near`, from the phases of windows a quarter period apart."""
-    n = round(0.4 * RATE)
-    step = round(0.25 / near * RATE)
-    wave = np.hanning(n) * np.exp(-2j * np.pi * near / RATE * np.arange(n))
-    phases = [np.angle(np.sum(wave * x[i : i + n])) for i in range(0, len(x) - n, step)]
-    slope = np.polyfit(np.arange(len(phases)) * step / RATE, np.unwrap(phases), 1)[0]
-    return near + float(slope) / (2 * np.pi)
-
-
 @pytest.mark.parametrize(
     ("messages", "interval"),
     [
@@ -271,16 +257,16 @@ def pitch(x: Floats, near: float) -> float:
 @pytest.mark.parametrize("when", [0.0, 0.3])
 def test_bends_are_in_tune(when: float, key: int, messages: list[Message], interval: float) -> None:
     """Within 2 cents, whether the wheel moves before the note or during it."""
-    straight = pitch(part(mix([(0.0, on(key))], 1.2), 0.5, 1.2), note_frequency(key))
+    straight = pitch(part(mix([(0.0, on(key))], 1.2), 0.5, 1.2), RATE, note_frequency(key))
     bent = mix([*[(when, m) for m in messages], (0.0, on(key))], 1.2)
-    found = cents(pitch(part(bent, 0.5, 1.2), note_frequency(key + interval / 100)) / straight)
+    found = cents(pitch(part(bent, 0.5, 1.2), RATE, note_frequency(key + interval / 100)) / straight)
     assert found == pytest.approx(interval, abs=2.0)
 
 
 def test_a_note_at_another_fret_takes_the_bend_along() -> None:
     messages = [(0.0, on(40)), (0.2, BEND_UP), (0.3, off(40)), (0.3, on(41))]
-    straight = pitch(part(mix([(0.0, on(41))], 1.2), 0.5, 1.2), note_frequency(41))
-    bent = pitch(part(mix(messages, 1.2), 0.5, 1.2), note_frequency(43))
+    straight = pitch(part(mix([(0.0, on(41))], 1.2), 0.5, 1.2), RATE, note_frequency(41))
+    bent = pitch(part(mix(messages, 1.2), 0.5, 1.2), RATE, note_frequency(43))
     assert cents(bent / straight) == pytest.approx(200, abs=2.0)
 
 
@@ -435,32 +421,6 @@ def test_wild_playing_stays_within_bounds(seed: int, preset: str) -> None:
     sound = play([*wild(seed), *chord(0.5)], 1.2, preset)
     assert np.isfinite(sound).all()
     assert 0.05 * loudest < np.abs(sound).max() < 5 * loudest
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("preset", preset_names())
-def test_long_wild_playing(preset: str) -> None:
-    """Every frame is finite and bounded, in blocks of any size, and all sound off ends it.
-
-    Boards run at the contact rate of frets: at their own they take three times as long.
-    """
-    quality = replace(QUALITIES["live"], on_board=None)
-    bass, rng = Engine(even(load_preset(preset)), quality, RATE), np.random.default_rng(1)
-    keys = [string.open_note for string in bass.instrument.strings]
-    high = keys[-1] + bass.frets - 1  # notes on short strings are louder, and a thumb's player pops them
-    plucks = [[(0.0, control(16, place)), (0.01, on(key, 127))] for key in (*keys, high) for place in (64, 127)]
-    loudest = max(float(np.abs(play(pluck, 0.2, preset)).max()) for pluck in plucks)
-    first = 20 * preset_names().index(preset)  # each bass is played differently
-    for second in range(first, first + 20):
-        start, timed = bass.frame, wild(second)
-        frames = np.array([start + int(t * RATE) for t, _ in timed])
-        bass.send(frames, np.array([m for _, m in timed], np.uint8))
-        while (left := start + RATE - bass.frame) > 0:
-            sound = bass.process(min(left, int(rng.choice([1, 64, 1000, 4800]))))
-            assert np.isfinite(sound).all() and np.abs(sound).max() < 5 * loudest, f"second {second}"
-    bass.send(np.array([bass.frame]), np.array([control(120)], np.uint8))
-    bass.process(RATE)
-    assert not bass.sounding() and not bass.process(RATE).any()
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap", "paper-bass"])

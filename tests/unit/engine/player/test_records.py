@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.own_basses import load_preset
 
-import livebass.kernels.player
 from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
@@ -20,18 +17,10 @@ from livebass.kernels.player.controls import follow_performer
 from livebass.kernels.player.performer import CONTROLS, MAX_EVENTS
 from livebass.kernels.string.records import EVENT
 
-MAX_PARAMETERS = 8
 OWN = {  # the player's number replacing a 0 in a row
     "soft_width": "rounding_soft", "hard_width": "rounding", "soft_release": "release_time_soft",
     "hard_release": "release_time", "place": "pluck_position", "angle": "pluck_angle", "nearer": "nearer_when_hard",
 }  # fmt: skip
-
-
-def test_no_function_of_the_room_has_many_parameters() -> None:
-    for source in Path(livebass.kernels.player.__path__[0]).glob("*.py"):
-        for node in ast.walk(ast.parse(source.read_text())):
-            if isinstance(node, ast.FunctionDef):
-                assert len(node.args.args) <= MAX_PARAMETERS, (source.name, node.name)
 
 
 @pytest.mark.parametrize("preset", preset_names())

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.scores import play_in_blocks
+from support.strings import even
 
 from livebass import load_preset
 from livebass.engine.engine import Engine
 from livebass.kernels.string.records import PLUCK
 from livebass.model.quality import Quality
 from livebass.rows.arrays import Floats
-from livebass.rows.parts import NOISES
-from livebass.rows.units import OFF
 
 RATE, LIGHT = 24000, Quality("light", 60, 192e3)
 ON, UP = 0x90, 0x80
@@ -23,9 +23,8 @@ SIXTEENTHS = [(round(0.15 * k * RATE), ON, 40 + k % 5, 90) for k in range(24)]
 
 def engine(preset: str = "jazz-finger", seed: int = 0, **played: float) -> Engine:
     """An engine without noise or unevenness that plays with these values of parameters."""
-    bass = load_preset(preset)
-    player = replace(bass.player, unevenness=0.0, **dict.fromkeys(NOISES, OFF))  # type: ignore[arg-type]
-    return Engine(replace(bass, player=player, played=tuple(played.items())), LIGHT, RATE, seed)
+    bass = even(load_preset(preset))
+    return Engine(replace(bass, played=tuple(played.items())), LIGHT, RATE, seed)
 
 
 def plucks(made: Engine, notes: list[tuple[int, ...]]) -> NDArray[np.void]:
@@ -38,16 +37,7 @@ def plucks(made: Engine, notes: list[tuple[int, ...]]) -> NDArray[np.void]:
 
 def sound(made: Engine, notes: list[tuple[int, ...]], sizes: tuple[int, ...] = (RATE,), seconds: float = 1.0) -> Floats:
     """The strings' sum, in blocks of these sizes in turn."""
-    out, sent, k = [], 0, 0
-    while made.frame < seconds * RATE:
-        size = sizes[k % len(sizes)]
-        while sent < len(notes) and notes[sent][0] < made.frame + size:
-            frame, *message = notes[sent]
-            made.send(np.array([frame], np.int64), np.array([message], np.uint8))
-            sent += 1
-        out.append(made.process(size).sum(axis=0))
-        k += 1
-    return np.concatenate(out)[: round(seconds * RATE)]
+    return play_in_blocks(made, notes, round(seconds * RATE), sizes).sum(axis=0)
 
 
 def test_the_curve_is_soft_as_played_or_hard() -> None:

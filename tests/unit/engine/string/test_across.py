@@ -10,6 +10,7 @@ import pytest
 from scipy.signal import lfilter
 from support.agreement import assert_agree
 from support.costs import quick
+from support.motion import free_modes
 from support.own_basses import load_preset
 from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
@@ -33,11 +34,9 @@ def test_v_has_the_frequencies_and_dampings_of_its_own_neck() -> None:
     motion, t = solve_trial(trial), np.arange(trial.samples) / trial.output_rate
     nu, sigma = modes.frequencies(s, 60, across=True), modes.dampings(s, 60, across=True)
     assert np.all(np.abs(nu / modes.frequencies(s, 60) - 1) > 1e-5) and np.all(sigma != modes.dampings(s, 60))
-    omega = np.sqrt((2 * np.pi * nu) ** 2 - sigma**2)
-    swing = np.cos(np.outer(t, omega)) + sigma / omega * np.sin(np.outer(t, omega))
     q = np.sin(1.2) * modes.pluck_amplitudes(s, 60, trial.pluck, across=True)
     place = trial.sensor if trial.sensor_v is None else trial.sensor_v
-    exact = (np.exp(-np.outer(t, sigma)) * swing * q) @ modes.shapes(s, 60, np.array([place]))[0]
+    exact = free_modes(s, q, t, across=True) @ modes.shapes(s, 60, np.array([place]))[0]
     assert motion.across_m is not None and motion.contact_step.size == 0
     assert np.abs(motion.across_m - exact).max() < 1e-6 * np.abs(exact).max()
 

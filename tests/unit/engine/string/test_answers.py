@@ -8,11 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.costs import quick
+from support.costs import slow
 from support.coupled import Coupled
+from support.levels import db
 from support.live import QUICK, offline, played_ahead
+from support.messages import send_now
 from support.own_basses import load_preset
-from support.strings import even
+from support.played import event
+from support.scores import play_in_blocks
+from support.strings import even, far_from_frets
 
 from livebass import QUALITIES, Instrument
 from livebass.engine.engine import Engine
@@ -51,8 +55,7 @@ def answering(when: str = "always", preset: str = "jazz-finger") -> Instrument:
 
 def free(bass: Instrument) -> Instrument:
     """`bass` with frets out of reach and constant tension."""
-    necks = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
-    return replace(bass, necks=necks, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+    return replace(far_from_frets(bass), strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
 
 
 @functools.cache
@@ -63,10 +66,7 @@ def prepare(when: str = "always", linear: bool = False, preset: str = "jazz-fing
 
 def last_numbers(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
     """The events that let the strings in the bits of `idle` answer, and pluck `voice`."""
-    events = np.zeros(2, EVENT)
-    events["kind"], events["value"] = (IDLE, PLUCK), (idle, 0)
-    events["fret"][1], events["apex"][1], events["place"][1] = fret, apex, place
-    return events
+    return np.concatenate([event(IDLE, value=idle), event(PLUCK, fret, apex=apex, place=place)])
 
 
 def amplitudes(voice: Voice) -> Floats:
@@ -83,20 +83,13 @@ def state(voice: Voice) -> tuple[Floats, Floats]:
     return q, pace * p - sigma * q
 
 
-def db(x: float) -> float:
-    return float(20 * np.log10(max(x, 1e-30)))
-
-
 # Against brute force; dB: the answer of a partial after 1 s, relative to its source's amplitude at the beginning
 
 
 @pytest.mark.parametrize(
     ("sounding", "fret", "idle", "partials", "level"),
-    quick(
-        [(A, 0, E, (3, 4), -11.8), (A, 7, E, (2, 4), -13.3), (A, 7, E, (1, 2), -20.9), (A, 7, E, (3, 6), -19.6),
-         (D, 2, A, (2, 3), -10.2), (D, 0, A, (3, 4), -11.4), (G, 0, E, (6, 14), -34.0)],
-        always=[(D, 2, A, (2, 3), -10.2), (G, 0, E, (6, 14), -34.0)],
-    ),
+    [slow(A, 0, E, (3, 4), -11.8), slow(A, 7, E, (2, 4), -13.3), slow(A, 7, E, (1, 2), -20.9),
+     slow(A, 7, E, (3, 6), -19.6), (D, 2, A, (2, 3), -10.2), slow(D, 0, A, (3, 4), -11.4), (G, 0, E, (6, 14), -34.0)],
 )  # fmt: skip
 def test_answers_are_those_of_brute_force(
     sounding: int, fret: int, idle: int, partials: tuple[int, int], level: float
@@ -193,10 +186,6 @@ def test_losses_limit_what_a_mode_gives_to_several() -> None:
 # Hands
 
 
-def send(engine: Engine, *messages: tuple[int, int, int]) -> None:
-    engine.send(np.full(len(messages), engine.frame), np.array(messages, np.uint8))
-
-
 def play(engine: Engine, seconds: float) -> Floats:
     return engine.process(round(seconds * RATE))
 
@@ -211,9 +200,9 @@ def test_without_the_pedal_nothing_answers_and_no_bit_changes() -> None:
     sounds = []
     for when in ("off", "pedal"):
         engine = prepare(when).another()
-        send(engine, (0x90, 40, 90), (0x90, 45, 70))
+        send_now(engine, (0x90, 40, 90), (0x90, 45, 70))
         sounds.append(play(engine, 0.4))
-        send(engine, (0x80, 40, 64), (0xE0, 0, 70))
+        send_now(engine, (0x80, 40, 64), (0xE0, 0, 70))
         sounds.append(play(engine, 0.3))
     assert np.array_equal(sounds[0], sounds[2]) and np.array_equal(sounds[1], sounds[3])
 
@@ -223,7 +212,7 @@ def test_resting_hands_damp_answers_partly() -> None:
     for hand in (0.0, 0.02, 1.0):
         bass = answering()
         engine = Engine(replace(bass, player=replace(bass.player, resting_hand=hand)), QUICK, RATE)
-        send(engine, (0x90, 9, 100), (0x90, 40, 100))
+        send_now(engine, (0x90, 9, 100), (0x90, 40, 100))
         play(engine, 1.0)
         answered.append(db(loudest(engine, A, E)))
     assert answered[0] - 2 > answered[1] > answered[2] + 6, answered
@@ -235,14 +224,14 @@ def test_hands_that_move_to_another_fret_mute_the_answers_unless_these_ring_on(
 ) -> None:
     engine = prepare(when).another()
     if pedal:
-        send(engine, PEDAL_DOWN)
-    send(engine, (0x90, 9, 100), (0x90, 40, 100))
+        send_now(engine, PEDAL_DOWN)
+    send_now(engine, (0x90, 9, 100), (0x90, 40, 100))
     play(engine, 1.0)
     before = loudest(engine, A, E)
-    send(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 40, 100))
+    send_now(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 40, 100))
     play(engine, 0.1)
     assert db(loudest(engine, A, E) / before) > -3, "the same fret"
-    send(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 41, 100))
+    send_now(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 41, 100))
     play(engine, 0.1)
     assert (db(loudest(engine, A, E) / before) < -20) == muted
 
@@ -250,27 +239,27 @@ def test_hands_that_move_to_another_fret_mute_the_answers_unless_these_ring_on(
 def test_idle_strings_answer_while_the_pedal_is_down() -> None:
     """E, open, answers the A string at fret 7; after the pedal, hands damp it by 40 dB in 0.4 s."""
     engine = prepare("pedal").another()
-    send(engine, PEDAL_DOWN, (0x90, 9, 100), (0x90, 40, 100))
+    send_now(engine, PEDAL_DOWN, (0x90, 9, 100), (0x90, 40, 100))
     play(engine, 1.0)
     answered = loudest(engine, A, E)
     voice = engine.voices[A]
     q, v = state(voice)
     first = np.hypot(q[0], v[0] / voice.slots[voice.record["slot"][0]]["u"]["omega"][0])
     assert -20 < db(answered / first) < -10
-    send(engine, PEDAL_UP)
+    send_now(engine, PEDAL_UP)
     play(engine, 0.4)
     assert engine.voices[A].sounding() and db(loudest(engine, A, E) / answered) < -40
 
 
 def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
     engine = prepare("always").another()
-    send(engine, (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 64))
+    send_now(engine, (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 64))
     play(engine, 0.5)
     before = loudest(engine, A, E)
-    send(engine, (0x90, 28, 80))
+    send_now(engine, (0x90, 28, 80))
     play(engine, 0.4)
     assert db(loudest(engine, A, E) / before) < -30 and engine.voices[E].sounding()
-    send(engine, (0x80, 28, 64))
+    send_now(engine, (0x80, 28, 64))
     play(engine, 0.5)
     assert loudest(engine, A, E) > 0.1 * before
 
@@ -278,19 +267,19 @@ def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
 def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> None:
     """No answer jumps when the string changes fret; after the note E rings on, and everything ends in silence."""
     engine = prepare("always").another()
-    send(engine, (0x90, 9, 100), (0x90, 12, 100), (0x90, 40, 100))
+    send_now(engine, (0x90, 9, 100), (0x90, 12, 100), (0x90, 40, 100))
     play(engine, 0.5)
     before, pairs = amplitudes(engine.voices[A]).copy(), engine.voices[A].string["answers"][0]["pair_mode"].copy()
-    send(engine, (0x90, 42, 90))
+    send_now(engine, (0x90, 42, 90))
     play(engine, 1e-3)
     assert np.abs(amplitudes(engine.voices[A]) - before).max() < 0.02 * before.max()
     play(engine, 0.05)
     assert not np.array_equal(pairs, engine.voices[A].string["answers"][0]["pair_mode"])
     rings = loudest(engine, A, E)
-    send(engine, (0x80, 42, 64), (0x80, 40, 64))
+    send_now(engine, (0x80, 42, 64), (0x80, 40, 64))
     play(engine, 0.7)
     assert loudest(engine, A, E) > 0.5 * rings
-    send(engine, (0xB0, 120, 0))
+    send_now(engine, (0xB0, 120, 0))
     play(engine, 0.1)
     assert not engine.sounding()
 
@@ -299,14 +288,14 @@ def test_answers_keep_no_string_awake() -> None:
     """Half a second after all notes have ended only answers are computed, at almost no cost."""
     engine = prepare("always").another()
     keys = (28, 33, 38, 43)
-    send(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
+    send_now(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
     play(engine, 0.5)
-    send(engine, *[(0x80, key, 64) for key in (*keys, 35)])
+    send_now(engine, *[(0x80, key, 64) for key in (*keys, 35)])
     play(engine, 0.7)
     assert not any(v.slots["on"].any() for v in engine.voices)
-    send(engine, (0x80, 16, 100), (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 100))
+    send_now(engine, (0x80, 16, 100), (0x90, 9, 100), (0x90, 40, 100), (0x80, 9, 100))
     play(engine, 0.5)
-    send(engine, (0x80, 40, 64))
+    send_now(engine, (0x80, 40, 64))
     play(engine, 0.7)
     assert not any(v.slots["on"].any() for v in engine.voices) and engine.sounding()
 
@@ -316,9 +305,9 @@ def test_the_answer_is_heard() -> None:
     levels = []
     for when in ("off", "always"):
         engine = prepare(when).another()
-        send(engine, (0x90, 9, 100), (0x90, 40, 110))
+        send_now(engine, (0x90, 9, 100), (0x90, 40, 110))
         play(engine, 1.0)
-        send(engine, (0x80, 40, 64))
+        send_now(engine, (0x80, 40, 64))
         play(engine, 0.6)
         sound = play(engine, 0.5).sum(axis=0)
         spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)))) / len(sound)
@@ -339,19 +328,7 @@ SCORE = [
 @pytest.mark.parametrize("when", ["pedal", "always"])
 @pytest.mark.parametrize("sizes", [[63], [64], [65, 1, 1000]])
 def test_splitting_a_block_changes_nothing(when: str, sizes: list[int]) -> None:
-    sounds = []
-    for parts in ([48000], sizes):
-        engine, blocks, sent, k = prepare(when).another(), [], 0, 0
-        while engine.frame < 48000:
-            n = min(parts[k % len(parts)], 48000 - engine.frame)
-            until = next((m for m in range(sent, len(SCORE)) if SCORE[m][0] >= engine.frame + n), len(SCORE))
-            if until > sent:
-                rows = SCORE[sent:until]
-                engine.send(np.array([r[0] for r in rows]), np.array([r[1:] for r in rows], np.uint8))
-            sent, k = until, k + 1
-            blocks.append(engine.process(n))
-        sounds.append(np.concatenate(blocks, axis=1))
-    assert np.array_equal(*sounds)
+    assert np.array_equal(*(play_in_blocks(prepare(when).another(), SCORE, 48000, s) for s in ([48000], sizes)))
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
@@ -370,9 +347,9 @@ def test_wild_messages_leave_sound_that_is_finite_and_ends() -> None:
         for _ in range(60):
             kind = int(rng.choice([0x90, 0x90, 0x80, 0xB0, 0xE0]))
             first = int(rng.choice([1, 9, 64, 65, 68])) if kind == 0xB0 else int(rng.integers(0, 60))
-            send(engine, (kind, first, int(rng.integers(0, 128))))
+            send_now(engine, (kind, first, int(rng.integers(0, 128))))
             assert np.isfinite(play(engine, 0.02)).all()
-        send(engine, (0xB0, 120, 0))
+        send_now(engine, (0xB0, 120, 0))
         play(engine, 0.3)
         assert not engine.sounding() and engine.report().weakened == 0
 

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.live import Load, offline, played_ahead, synth_and_device
+from support.costs import slow
+from support.live import Load, bass_of, offline, played_ahead, synth_and_device
 from support.modal import third_octaves
 from support.quiet import without_noise
 from support.scores import in_blocks
@@ -113,7 +114,7 @@ def exact(row: list[Speaking], first: int, last: int, seconds: float) -> Floats:
 
 @pytest.mark.parametrize(
     ("name", "first", "last"),
-    [("G", 2, 7), ("G", 7, 2), ("G", 4, 3), pytest.param("E", 0, 12, marks=pytest.mark.slow), ("E", 12, 3)],
+    [("G", 2, 7), ("G", 7, 2), ("G", 4, 3), slow("E", 0, 12), ("E", 12, 3)],
 )
 def test_a_glide_is_that_of_a_string_whose_end_moves(name: str, first: int, last: int) -> None:
     """Third octaves of the velocity during the glide and after, bands within 40 dB; required are 2.5 dB."""
@@ -177,7 +178,7 @@ def test_running_ahead_changes_no_glide() -> None:
     assert np.array_equal(played_ahead("fretless", notes, RATE, sizes), offline("fretless", notes, RATE))
 
 
-@pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow), pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [5, slow(6), slow(7)])
 def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
     """Finite, within full scale without a limiter, no motion scaled back, silent after panic."""
     synth, device = synth_and_device("fretless", adaptive=False)
@@ -186,9 +187,7 @@ def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
             assert np.abs(device.block(64)).max() < 1
         assert synth.send(*message, frame=frame)
     assert np.abs(device.block(4800)).max() < 1
-    bass = synth.bass
-    assert bass is not None
-    assert [int(v.record["weakened"][0]) for v in bass.engine.voices] == [0] * 4
+    assert [int(v.record["weakened"][0]) for v in bass_of(synth).engine.voices] == [0] * 4
     synth.panic()
     device.block(RATE)
     assert not device.block(RATE).any() and synth.meters().faults == 0
@@ -197,18 +196,17 @@ def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
 def test_operators_may_change_while_a_finger_glides() -> None:
     """Overload swaps in coarse ones, and back."""
     synth, device = synth_and_device("fretless")
-    load, bass = Load(synth), synth.bass
-    assert bass is not None
+    load, bass = Load(synth), bass_of(synth)
     for message in ((0xB0, 65, 127), (0x90, 19, 100), (0x90, 45, 100)):
         synth.send(*message)
     device.block(9600)
     synth.send(0x90, 55, 100)
     device.block(3000)
     assert int(bass.engine.voices[3].slots["between"].any())
-    load.heavy = True
+    load.share = 0.9
     for _ in range(bass.engine.strings):
         device.block(64)
-    load.heavy = False
+    load.share = 0.0
     assert 3 in bass.coarse_strings
     assert 0 < np.abs(device.block(3000)).max() < 0.5
     block.return_to_clock(synth.address)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.messages import send
 from support.own_basses import load_preset
 from support.wasm import QUANTUM, Module
 
@@ -46,16 +47,12 @@ class Watched(Engine):
         )
 
 
-def sent_messages(engine: Engine, messages: list[tuple[int, int, int, int]]) -> None:
-    engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
-
-
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "slap"])
 def test_keeping_is_not_heard(preset: str) -> None:
     bass = load_preset(preset)
     engines = [kind(bass, QUALITIES["live"], RATE) for kind in (Engine, Watched)]
     for engine in engines:
-        sent_messages(engine, PHRASE)
+        send(engine, PHRASE)
     plain, kept = (engine.process(15000) for engine in engines)
     assert np.array_equal(plain, kept)
     counts = [int(engine.voices[0].record["logged"][0]) for engine in engines]
@@ -69,7 +66,7 @@ def test_contacts_have_fret_and_speed() -> None:
     engines[1].contacts = 4
     engines[1]._begin(0)
     for engine in engines:
-        sent_messages(engine, [(0, 0x90, 48, 127)])
+        send(engine, [(0, 0x90, 48, 127)])
         engine.process(4800)
     voice, short = (engine.voices[0] for engine in engines)
     count = int(voice.record["logged"][0])
@@ -99,7 +96,7 @@ def test_the_same_events_make_the_same_motion(preset: str) -> None:
     """For notes on a resting string, after earlier controllers and notes long gone: bit for bit."""
     bass = load_preset(preset)
     engine = Watched(replace(bass, player=replace(bass.player, floor_noise=OFF)), QUALITIES["live"], RATE)
-    sent_messages(engine, PHRASE)
+    send(engine, PHRASE)
     sound = [engine.process(40000)]
     (voice,) = engine.voices[:1]
     while not voice.record["still"][0]:
@@ -108,7 +105,7 @@ def test_the_same_events_make_the_same_motion(preset: str) -> None:
     first = int(engine.bass.reports(0)[0]["from_frame"][0])
     whole = np.concatenate([s[0] for s in sound])
     assert np.array_equal(replay(engine, 0, len(whole)), whole[first:])
-    sent_messages(engine, [(engine.frame + 77, 0x90, 29, 127), (engine.frame + 3000, 0x90, 30, 90)])
+    send(engine, [(engine.frame + 77, 0x90, 29, 127), (engine.frame + 3000, 0x90, 30, 90)])
     begun = engine.frame
     again = engine.process(24000)[0]
     reports, events = engine.bass.reports(0)
@@ -118,7 +115,7 @@ def test_the_same_events_make_the_same_motion(preset: str) -> None:
 
 def test_a_string_without_room_keeps_nothing() -> None:
     engine = Engine(load_preset("paper-g"), QUALITIES["live"], RATE)
-    sent_messages(engine, [(0, 0x90, 50, 127)])
+    send(engine, [(0, 0x90, 50, 127)])
     engine.process(4800)
     v = engine.voices[0].record[0]
     assert (v["report_room"], v["report_count"], v["log_room"]) == (0, 0, 0) and v["logged"] > 0
@@ -126,7 +123,7 @@ def test_a_string_without_room_keeps_nothing() -> None:
 
 def test_more_events_than_there_is_room_for_are_told() -> None:
     engine = Watched(load_preset("paper-g"), QUALITIES["live"], RATE)
-    sent_messages(engine, [(40 * k, 0x90, 50, 60) for k in range(90)])
+    send(engine, [(40 * k, 0x90, 50, 60) for k in range(90)])
     engine.process(4000)
     with pytest.raises(LookupError, match="events since it was still"):
         engine.bass.reports(0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.agreement import assert_agree
 from support.costs import quick
+from support.motion import free_modes
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across
 
 from livebass.engine.solve import solve_trial
@@ -38,13 +39,7 @@ def coupled_motion(trial: Trial, t: Floats) -> tuple[Floats, Floats]:
     c, e = np.cos(s.axes_turned), np.sin(s.axes_turned)
     u = np.cos(trial.pluck.angle) * modes.pluck_amplitudes(s, n, trial.pluck)
     v = np.sin(trial.pluck.angle) * modes.pluck_amplitudes(s, n, trial.pluck, across=True)
-    along = []
-    for across, q in ((False, c * u + e * v), (True, c * v - e * u)):
-        nu, sigma = modes.frequencies(plain, n, across=across), modes.dampings(plain, n, across=across)
-        omega = np.sqrt((2 * np.pi * nu) ** 2 - sigma**2)
-        swing = np.cos(np.outer(t, omega)) + sigma / omega * np.sin(np.outer(t, omega))
-        along.append(np.exp(-np.outer(t, sigma)) * swing * q)
-    a, b = along
+    a, b = free_modes(plain, c * u + e * v, t), free_modes(plain, c * v - e * u, t, across=True)
     place = trial.sensor if trial.sensor_v is None else trial.sensor_v
     of_u, of_v = modes.shapes(s, n, np.array([trial.sensor, place]))
     return (c * a - e * b) @ of_u, (e * a + c * b) @ of_v
