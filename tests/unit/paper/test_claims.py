@@ -36,7 +36,7 @@ from livebass.lab.paper.claims.check import (
     value_text,
 )
 from livebass.lab.paper.claims.expect import Expectation, Near, Value
-from livebass.lab.paper.claims.null import centres, lies_between, null_of, null_rate
+from livebass.lab.paper.claims.null import lies_between, null_of, null_rate
 from livebass.lab.paper.solving import Job
 from livebass.model.trial import Motion
 
@@ -195,7 +195,7 @@ def test_two_numbers_of_a_chaotic_pluck_are_both_within() -> None:
         ([0.26, 0.3], [0.3, 0.4], False),
         ([0.2, 0.3], [0.3, 0.34], False),
     ):
-        assert lies_between(centres(silence.expects), low, high) == holds
+        assert lies_between(silence.expects.centres, low, high) == holds
         rate = null_rate(silence, [0.25, 0.35], [], (low, high))
         each = [math.log10(b / a) / 2 for a, b in zip(low, high, strict=True)]
         assert rate == pytest.approx(math.prod(each), abs=0.01)
