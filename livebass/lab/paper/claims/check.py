@@ -106,24 +106,13 @@ def check_claims(
     Args:
         ids: Of the statements; all by default.
         plucks: That judge statements about contacts; 0: the paper's own pluck alone.
-        workers: Threads; None: one per core.
+        workers: Threads that solve the runs they need, each once; None: one per core.
         progress: Gets the fraction done, 0 to 1.
 
     Raises:
         ValueError: An unknown statement.
     """
-    return check(choose_claims(ids), workers, progress, plucks)
-
-
-def check(
-    claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None, plucks: int = PLUCKS
-) -> list[ClaimResult]:
-    """Solve the runs that these claims need, each once, on `workers` threads (default: one per core), and measure.
-
-    Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` gets the
-    fraction done. Needs SciPy. [main thread]
-    """
-    claims = list(claims)
+    claims = choose_claims(ids)
     names = needed_runs(claims)
     step = steps(progress, len(names) + (plucks if any(claim.plucks for claim in claims) else 0))
     solved = runs.solve(names, workers, step)
