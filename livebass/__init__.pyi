@@ -18,10 +18,10 @@ from .lab.comparison.recordings import compare as compare
 from .lab.experiment.simulate import simulate as simulate
 from .lab.experiment.sweep import Sweep as Sweep
 from .lab.experiment.sweep import sweep as sweep
+from .lab.fitting.fit import Fit as Fit
 from .lab.fitting.fit import Fitted as Fitted
-from .lab.fitting.request import Fit as Fit
+from .lab.fitting.preset_text import fitted_preset as fitted_preset
 from .lab.fitting.request import fit as fit
-from .lab.fitting.request import fitted_preset as fitted_preset
 from .lab.identification.identify import identify as identify
 from .lab.identification.result import Identified as Identified
 from .lab.paper.claims.check import ClaimResult as ClaimResult

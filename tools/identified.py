@@ -24,7 +24,7 @@ import numpy as np
 from errors import clear_errors
 
 from livebass.engine.render import render_to_array
-from livebass.lab.comparison.distance import HOP, WINDOW, Shape, between, shape
+from livebass.lab.comparison.distance import HOP, WINDOW, between, shape
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.ringing import ringing
 from livebass.lab.identification.identify import identify
@@ -56,14 +56,14 @@ class Near:
     velocities: tuple[int, ...]
 
 
-def nearness(notes: dict[int, Shape], recorded: Shape) -> Near:
+def nearness(notes: dict[int, Floats], recorded: Floats) -> Near:
     """Compares notes, by velocity, with a recorded note; a recording shorter than a span is compared whole."""
-    whole = WINDOW + (len(recorded.levels) - 1) * HOP
+    whole = WINDOW + (len(recorded) - 1) * HOP
     found = [min((between(x, recorded, min(span, whole)), v) for v, x in notes.items()) for span in SPANS]
     return Near(tuple(d for d, _ in found), tuple(v for _, v in found))
 
 
-def shapes(notes: dict[int, Floats]) -> dict[int, Shape]:
+def shapes(notes: dict[int, Floats]) -> dict[int, Floats]:
     """Returns the notes' levels."""
     return {v: shape(sound, RATE, SPANS[-1]) for v, sound in notes.items()}
 
@@ -74,7 +74,7 @@ def notes_of(bass: Instrument, note: int) -> dict[int, Floats]:
 
 
 @lru_cache
-def shipped_notes(preset: str, note: int) -> dict[int, Shape] | None:
+def shipped_notes(preset: str, note: int) -> dict[int, Floats] | None:
     """Returns the levels of a shipped preset's `notes_of`; None if it lacks the note."""
     bass = load_preset(preset)
     low, high = bass.note_range

@@ -144,7 +144,7 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
 
 
 def _run_fit(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
-    from livebass.lab.fitting.request import Fit
+    from livebass.lab.fitting.fit import Fit
     from livebass.lab.fitting.request import fit as fit_notes
 
     minutes = math.inf if how["minutes"] is None else how["minutes"]
@@ -167,7 +167,7 @@ def _run_fit(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitt
 
 def _write(fitted: Fitted, output: Path, page: bool, how: dict[str, Any]) -> None:
     from livebass.files.whole import Transaction
-    from livebass.lab.fitting.request import fitted_preset
+    from livebass.lab.fitting.preset_text import fitted_preset
 
     with Transaction() as files:
         files.write_text(output, fitted_preset(fitted, output, _command(how, fitted.recorded.name, fitted.best.trials)))

@@ -235,7 +235,7 @@ class Solved:
         Raises:
             ValueError: A motion of less than two periods.
         """
-        first = float(modes.frequencies(self.speaking, 1)[0])
+        first = first_mode(self)
         minimum, maximum = (part * first for part in PITCHES)
         low = _low_passed(self.motion.displacement_m, LOW * first / self.rate)
         return fundamental(low, self.rate, minimum, maximum, PITCH_HOP, 1 / first, threshold=None)
@@ -250,7 +250,7 @@ class Solved:
         Raises:
             ValueError: The motion has no states.
         """
-        s, states = self.speaking, self._states()
+        s, states = self.speaking, states_of(self)
         q, velocity = states[:, :, 0], states[:, :, 1]
         both = [modal_energies(s, q[:, i], velocity[:, i], across=i == 1) for i in range(q.shape[1])]
         each = np.sum(both, axis=0)
@@ -270,15 +270,22 @@ class Solved:
         Raises:
             ValueError: The motion has no states.
         """
-        s, states, samples = self.speaking, self._states(), [_sample(self.trial, time) for time in times]
+        s, states, samples = self.speaking, states_of(self), [_sample(self.trial, time) for time in times]
         x = np.linspace(0, s.length, s.grid_points + 1)
         q = states[[self.trial.states.index(i) for i in samples], :, 0]
         return np.asarray(samples) / self.rate, x, np.moveaxis(string_shape(s, q, x), 1, 0)
 
-    def _states(self) -> Floats:
-        if self.motion.states is None:
-            raise ValueError("the motion has no states: none were asked for, or the solver gives none")
-        return self.motion.states
+
+def states_of(solved: Solved) -> Floats:
+    """The states of the modes, as in `Motion.states`. Raises ValueError if there are none."""
+    if solved.motion.states is None:
+        raise ValueError("the motion has no states: none were asked for, or the solver gives none")
+    return solved.motion.states
+
+
+def first_mode(solved: Solved) -> float:
+    """The first eigenfrequency of u, Hz."""
+    return float(modes.frequencies(solved.speaking, 1)[0])
 
 
 def columns(solved: Solved) -> dict[str, NDArray[Any]]:
@@ -290,7 +297,7 @@ def columns(solved: Solved) -> dict[str, NDArray[Any]]:
     trial = solved.trial
     dampings = np.zeros(trial.modes) if trial.lossless else modes.dampings(trial.speaking, trial.modes)
     out: dict[str, NDArray[Any]] = {"t60_s": t60(dampings)}
-    first = float(modes.frequencies(trial.speaking, 1)[0])
+    first = first_mode(solved)
     if trial.duration > 1 / first + 1 / (PITCHES[0] * first) + 3 / trial.output_rate:
         pitch = solved.pitch
         out |= {"pitch_time_s": pitch.time_s, "pitch_hz": pitch.frequency_hz, "pitch_aperiodicity": pitch.aperiodicity}
@@ -328,6 +335,11 @@ def can_resample(trial: Trial) -> bool:
     except ImportError:
         return trial.output_rate == PAPER_RATE
     return True
+
+
+def first_of(values: Floats) -> float:
+    """The first of values (n,); NaN for none."""
+    return float(values[0]) if values.size else math.nan
 
 
 def _sample(trial: Trial, time: float) -> int:

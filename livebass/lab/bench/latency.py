@@ -49,10 +49,7 @@ class Extent:
     quality: str = "live"
 
 
-FULL = Extent()
-
-
-def bench_latency(progress: Say = silent, extent: Extent = FULL) -> Result:
+def bench_latency(progress: Say = silent, extent: Extent = Extent()) -> Result:
     """Measures all ways from a key to the sound in half a minute.
 
     Args:

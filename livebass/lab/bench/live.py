@@ -222,21 +222,12 @@ def _targets(
     out = []
     for row in rows:
         if (row["tier"], row["block"]) == ("live", 64):
-            popped = row["popped"]
-            label = "live, 64 frames, all strings popped at once"
-            out += [
-                _target(f"{label}: worst block", 0.5, popped["worst"], popped),
-                _target(f"{label}: median block", 0.1, popped["median"]),
-            ]
-            hands = row["hands"]
-            label = "live, 64 frames, all strings popped, hammered, slid and pulled off at once"
-            out += [
-                _target(f"{label}: worst block", 0.5, hands["worst"], hands),
-                _target(f"{label}: median block", 0.12, hands["median"]),
-            ]
-            for name, figures in row["each_hand"].items():
+            every = ("popped", row["popped"], 0.1), ("popped, hammered, slid and pulled off", row["hands"], 0.12)
+            for name, figures, median in (*every, *((*hand, None) for hand in row["each_hand"].items())):
                 label = f"live, 64 frames, all strings {name} at once"
                 out.append(_target(f"{label}: worst block", 0.5, figures["worst"], figures))
+                if median is not None:
+                    out.append(_target(f"{label}: median block", median, figures["median"]))
     for quality in [name for name in fidelity if name != NULL]:
         for group, far in fidelity[quality]["groups"].items():
             mean, worst = allowed_error(group, fidelity[NULL]["groups"][group])

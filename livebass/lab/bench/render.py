@@ -51,10 +51,7 @@ class Extent:
     long_runs: int = 3  # of chords and line
 
 
-FULL = Extent()
-
-
-def bench_render(progress: Say = silent, extent: Extent = FULL) -> Result:
+def bench_render(progress: Say = silent, extent: Extent = Extent()) -> Result:
     """Measures everything in about a minute; run nothing else meanwhile. `progress` gets each next step.
 
     "measurements" holds a row for each, with `seconds_per_second` of work per second of sound, their `median`,

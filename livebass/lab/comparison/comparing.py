@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 from livebass.lab.comparison.rows import ROWS, Row
-from livebass.lab.comparison.summary import Bass, Figure, Figures, apart, distances, figures, medians, reason
+from livebass.lab.comparison.summary import Bass, Figure, Figures, apart, by_rank, distances, figures, medians, reason
 from livebass.report.progress import Progress, steps
 from livebass.report.text import columns, json_text
 
@@ -114,13 +113,16 @@ def compare_basses(basses: Sequence[Bass], progress: Progress | None = None) -> 
 
 def _json(each: Compared) -> dict[str, Any]:
     bass = each.bass
-    by_rank = groupby(sorted(bass.notes, key=lambda n: n.rank), key=lambda n: n.rank)
     return {
         "name": bass.name,
         "technique": bass.technique,
         "rendered": bass.rendered,
         "rows": [_row(each, row) for row in ROWS],
-        "dynamics": [_dynamic(list(notes)) for _, notes in by_rank],
+        "dynamics": [
+            {"dynamic": notes[0].dynamic, "notes": len(notes),
+             "medians": {key: figure.value for key, figure in medians(notes).items()}}
+            for notes in by_rank(bass.notes)
+        ],
         "distances": {title: figure.value for title, figure in each.to_real},
         "notes": [
             {"name": n.name, "pitch_hz": n.pitch, "dynamic": n.dynamic, "figures": dict(n.measures),
@@ -144,12 +146,4 @@ def _row(each: Compared, row: Row) -> dict[str, Any]:
         "real_basses": real.basses if real else 0,
         "real_notes": real.notes if real else 0,
         "verdict": (row.verdict(figure.value, each.bass.technique) or None) if known else None,
-    }
-
-
-def _dynamic(notes: list[Any]) -> dict[str, Any]:
-    return {
-        "dynamic": notes[0].dynamic,
-        "notes": len(notes),
-        "medians": {key: figure.value for key, figure in medians(notes).items()},
     }

@@ -7,7 +7,6 @@ with `equalized`, neither does the loudness of each band, and only the change in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -22,19 +21,11 @@ SPANS = (1.0, 2.5)  # s, over which distances are given
 FINEST = 2.0  # Hz between bins: the lowest band is 9 Hz wide
 
 
-@dataclass(frozen=True)
-class Shape:
-    """Levels of a note over time and bands, dB."""
+def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Floats:
+    """Returns the levels (frames, bands), dB, 0 the loudest, of the first `longest` seconds of `sound` (n,).
 
-    levels: Floats  # (frames, bands), 0 is the loudest; none below -FLOOR
-
-    def frames(self, seconds: float) -> int:
-        """Number of windows that end within `seconds`."""
-        return 1 + int((seconds - WINDOW) / HOP + 1e-9)
-
-
-def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Shape:
-    """Returns the levels of the first `longest` seconds of `sound` (n,) from its attack; ValueError below 0.1 s."""
+    They begin with its attack; none is below -FLOOR. Raises ValueError below 0.1 s.
+    """
     sound = sound[attack(sound, rate) :][: round(longest * rate) + 1]
     n, hop = round(WINDOW * rate), HOP * rate
     if sound.size < n:
@@ -45,7 +36,7 @@ def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Shape:
     size = 1 << (max(n, round(rate / FINEST)) - 1).bit_length()
     frames = sound[starts[:, None] + np.arange(n)] * np.hanning(n + 1)[:-1]
     power = np.abs(np.fft.rfft(frames, size)) ** 2 @ _shares(size, rate)
-    return Shape(np.maximum(10 * np.log10(np.maximum(power / power.max(), 1e-30)), -FLOOR))
+    return np.maximum(10 * np.log10(np.maximum(power / power.max(), 1e-30)), -FLOOR)
 
 
 @lru_cache(4)
@@ -57,12 +48,12 @@ def _shares(size: int, rate: float) -> Floats:
     return np.asarray(np.maximum(inside, 0.0))
 
 
-def between(a: Shape, b: Shape, seconds: float = SPANS[0], equalized: bool = False) -> float:
-    """Returns the distance of two notes over `seconds`, dB; NaN if one is shorter."""
-    count = a.frames(seconds)
-    if min(len(a.levels), len(b.levels)) < count:
+def between(a: Floats, b: Floats, seconds: float = SPANS[0], equalized: bool = False) -> float:
+    """Returns the distance of two notes' levels over `seconds`, dB; NaN if one is shorter."""
+    count = 1 + int((seconds - WINDOW) / HOP + 1e-9)  # windows that end by then
+    if min(len(a), len(b)) < count:
         return float("nan")
-    off = a.levels[:count] - b.levels[:count]
+    off = a[:count] - b[:count]
     return float(np.mean(np.abs(off - (off.mean(axis=0) if equalized else off.mean()))))
 
 

@@ -190,6 +190,11 @@ def attack(sound: Floats, rate: float) -> int:
     return int(np.argmax(loud >= peak * 10 ** (-ATTACK / 20)))
 
 
+def begins_late(sound: Floats, rate: float) -> bool:
+    """Returns whether a sound begins within its note: its attack is cut off."""
+    return attack(sound, rate) == 0 and abs(sound[0]) > BEGUN * float(np.abs(sound[: round(PEAK * rate)]).max())
+
+
 def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
     samples = np.asarray(sound, np.float64)
     if samples.ndim != 1:
@@ -202,7 +207,7 @@ def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
     if not samples.size or not np.abs(samples).max() > 0:
         raise ValueError("nothing sounds: there is nothing to measure")
     start = attack(samples, rate)
-    begun = start == 0 and abs(samples[0]) > BEGUN * float(np.abs(samples[: round(PEAK * rate)]).max())
+    begun = begins_late(samples, rate)
     samples = samples[start:]
     if samples.size < SHORTEST * rate:
         raise ValueError(f"{samples.size / rate:.3g} s of sound: at least {SHORTEST:g} s are needed")

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from livebass.engine.engine import Engine
-from livebass.lab.comparison.distance import Shape, shape
+from livebass.lab.comparison.distance import shape
 from livebass.lab.comparison.measures import Measures, measure
 from livebass.lab.comparison.names import DEFAULT_TECHNIQUE, NOTE, SILENCE, info_of_name, is_quiet, strength, words_of
 from livebass.lab.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
@@ -66,7 +66,7 @@ class Note:
         return measure(self.sound, self.rate, self.pitch)
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> Floats:
         """Its levels over time and bands."""
         return shape(self.sound, self.rate)
 
@@ -127,8 +127,7 @@ def _with_pitch(recording: Recording, first: Note) -> list[Note]:
     notes = []
     end = 0.0
     for take in find_takes(recording, 0.0, LONGEST):
-        begin, end_before = max(take.start_s - BEFORE, end), take.start_s + take.duration_s
-        end = end_before
+        begin, end = max(take.start_s - BEFORE, end), take.start_s + take.duration_s
         pitch = pitch_of(take, *PITCHES) if take.duration_s >= SHORTEST else None
         if pitch is not None:
             sound = recording.sound[round(begin * take.rate) : round(end * take.rate)]
@@ -213,7 +212,7 @@ def render_notes(
     engine = Engine(bass, QUALITIES[quality], RATE, seed)
     played = technique or (plucked[0].technique if plucked else DEFAULT_TECHNIQUE)
     keys = sorted({round(69 + 12 * math.log2(n.pitch / 440)) for n in plucked})
-    keys = [key for key in keys if _playable(bass, key)]
+    keys = [key for key in keys if strings_of_key(bass, key)]
     notes = []
     for key in keys:
         for rank, velocity in enumerate(speeds):
@@ -237,11 +236,10 @@ def spread_velocities(count: int) -> list[int]:
     return [ONLY] if count == 1 else [round(float(v)) for v in np.linspace(*VELOCITIES, count)]
 
 
-def _playable(bass: Instrument, key: int) -> bool:
-    return any(
-        s.open_note <= key <= s.open_note + len(neck.fret_positions)
-        for s, neck in zip(bass.strings, bass.necks, strict=True)
-    )
+def strings_of_key(bass: Instrument, key: int) -> list[int]:
+    """Returns the indices of the strings that have `key`."""
+    both = enumerate(zip(bass.strings, bass.necks, strict=True))
+    return [i for i, (s, n) in both if 0 <= key - s.open_note <= len(n.fret_positions)]
 
 
 def _play_note(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:

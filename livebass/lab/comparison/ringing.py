@@ -1,4 +1,4 @@
-"""Finds the partials of a note and their decay: T60, and the deviation from a straight line.
+"""Finds the partials of a note and their decay, T60.
 
 A partial's level is read in windows of four periods of the note, whose zeros lie on the other partials. A straight
 line is fitted to it from 0.1 s on, down to 30 dB below. Partials less than 10 dB above the noise between them are left
@@ -31,10 +31,9 @@ class Ringing:
     number: Ints  # from 1, the fundamental
     frequency: Floats  # Hz
     t60: Floats  # s
-    wobble: Floats  # dB, root mean square deviation of the level from a straight line
 
 
-NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
 
 
 def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | None = None) -> Ringing:
@@ -60,7 +59,7 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
     if starts.size < 2:
         return NO_RINGING
     tones, noise = level(frames, found), np.median(level(frames[-8:], found + f0 / 2), axis=0)
-    kept: list[tuple[int, float, float, float]] = []
+    kept: list[tuple[int, float, float]] = []
     for k in range(found.size):
         start = tones[0, k]
         if start < tones[0].max() - FAINTEST:
@@ -70,14 +69,12 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
         if (count - 1) * hop < SHORTEST * rate or count < 4:
             continue
         seconds = np.arange(count) * hop / rate
-        slope, begin = np.polyfit(seconds, tones[:count, k], 1)  # dB/s, dB
+        slope = np.polyfit(seconds, tones[:count, k], 1)[0]  # dB/s
         if slope < -0.1:
-            off = tones[:count, k] - begin - slope * seconds
-            kept.append((int(numbers[k]), float(found[k]), float(-60 / slope), float(np.sqrt(np.mean(off**2)))))
+            kept.append((int(numbers[k]), float(found[k]), float(-60 / slope)))
     if not kept:
         return NO_RINGING
-    number, frequency, t60, wobble = (np.array(column) for column in zip(*kept, strict=True))
-    return Ringing(number, frequency, t60, wobble)
+    return Ringing(*(np.array(column) for column in zip(*kept, strict=True)))
 
 
 def partials(sound: Floats, rate: float, f0: float) -> tuple[Ints, Floats]:

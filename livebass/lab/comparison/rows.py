@@ -13,6 +13,8 @@ from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
 
+from livebass.lab.comparison.measures import BAND_KEYS, SHARE_KEYS
+
 SOFT, MEDIUM, HARD, ALL = "soft", "medium", "hard", "all"
 
 
@@ -78,10 +80,8 @@ def _each(key: str, title: str, unit: str, digits: int = 1) -> list[Row]:
 
 OCTAVES = ("50-100", "100-200", "200-400", "400-800", "800-1600", "1600-3200", "3200-6400")  # Hz
 BANDS = ("1.5 f0 to 300 Hz", "300 to 700 Hz", "700 to 1500 Hz", "1.5 to 3 kHz", "3 to 6 kHz")
-BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
 GAPS = {"between_200": "0.2-0.5", "between_500": "0.5-1.5", "between_1500": "1.5-4"}  # kHz
 SHARES = ("31", "63", "125", "250", "500", "1k", "2k", "4k", "8k")  # Hz
-SHARE_KEYS = tuple(f"octave_{round(31.25 * 2**k)}" for k in range(len(SHARES)))
 STRUCK = ("slap", "pop")  # techniques with a thump before the note
 
 ROWS: tuple[Row, ...] = (

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -86,14 +87,8 @@ def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
     Keys are the names of the dynamics, plus "soft" for the softest and "hard" for the hardest, which are the same if
     there is one. A figure that no note shows is NaN.
     """
-    by_rank: dict[int, list[Note]] = defaultdict(list)
-    for note in notes:
-        if note.kind == NOTE:
-            by_rank[note.rank].append(note)
-    found = {}
-    for rank in sorted(by_rank):
-        valid = medians(by_rank[rank])
-        found[by_rank[rank][0].dynamic] = {key: figure.value for key, figure in valid.items()}
+    layers = by_rank([n for n in notes if n.kind == NOTE])
+    found = {layer[0].dynamic: {key: figure.value for key, figure in medians(layer).items()} for layer in layers}
     if found:
         names = list(found)
         found.setdefault(SOFT, found[names[0]])
@@ -101,12 +96,17 @@ def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
     return found
 
 
+def by_rank(notes: Sequence[Note]) -> list[list[Note]]:
+    """Returns the notes of each dynamic, from soft to hard."""
+    return [[n for n in notes if n.rank == rank] for rank in sorted({n.rank for n in notes})]
+
+
 def medians(notes: Sequence[Note]) -> dict[str, Figure]:
     """Returns the median of every figure over the notes that show it, or the commonest reason why none does."""
-    found = {}
-    for key in notes[0].measures:
-        found[key] = _median((n.measures[key] for n in notes), (n.measures.missing.get(key, "") for n in notes))
-    return found
+    return {
+        key: _median((n.measures[key] for n in notes), (n.measures.missing.get(key, "") for n in notes))
+        for key in notes[0].measures
+    }
 
 
 def figures(bass: Bass) -> Figures:
@@ -120,8 +120,9 @@ def figures(bass: Bass) -> Figures:
                 valid = [v for n in notes if not math.isnan(v := n.measures[key])]
                 found[f"{key}_90", when] = Figure(float(np.percentile(valid, percent))) if valid else found[key, when]
     of_all = {
-        **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_spans(bass),
-        **_takes(bass), **_release(bass), "touch_distance": _touch(bass),
+        **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_takes(bass),
+        **_release(bass),
+        "touch_distance": _apart(_pairs(bass.dynamic(SOFT), bass.dynamic(HARD)), "no pitch both soft and hard"),
     }  # fmt: skip
     return found | {(key, ALL): figure for key, figure in of_all.items()}
 
@@ -176,29 +177,24 @@ def _t60(bass: Bass) -> dict[str, Figure]:
 
 
 def _growth(bass: Bass) -> dict[str, Figure]:
-    """Growth of 0.7 to 3 kHz and of the level from the softest dynamic to the next, at the same pitch."""
-    ranks = bass.ranks
-    if len(ranks) < 2:
-        alone = Figure(math.nan, "one dynamic")
-        return {"growth": alone, "level_growth": alone}
-    soft, louder = ([n for n in bass.notes if n.rank == rank] for rank in ranks[:2])
-    pairs = [(a, b) for a in soft for b in louder if _same(a, b)]
-    return {
-        name: _median((b.measures[key] - a.measures[key] for a, b in pairs), why="no pitch in both dynamics")
-        for name, key in (("growth", "growth"), ("level_growth", "level"))
-    }
+    """Growth of figures at the same pitch: from the softest dynamic to the next, and from soft notes to hard ones."""
+    soft, hard, ranks = bass.dynamic(SOFT), bass.dynamic(HARD), bass.ranks
+    louder = [n for n in bass.notes if n.rank in ranks[1:2]]
+    found = {}
+    for name, key, notes, why in (
+        ("growth", "growth", louder, "no pitch in both dynamics"),
+        ("level_growth", "level", louder, "no pitch in both dynamics"),
+        ("level_span", "level", hard, "no pitch both soft and hard"),
+        ("between_rise", "between_level", hard, "no pitch both soft and hard"),  # at 0.4 s
+    ):
+        growth = (b.measures[key] - a.measures[key] for a, b in _pairs(soft, notes))
+        found[name] = _median(growth, why=why if len(ranks) > 1 else "one dynamic")
+    return found
 
 
-def _spans(bass: Bass) -> dict[str, Figure]:
-    """How much hard notes are louder than soft ones at the same pitch, in all and between partials at 0.4 s."""
-    if len(bass.ranks) < 2:
-        alone = Figure(math.nan, "one dynamic")
-        return {"level_span": alone, "between_rise": alone}
-    pairs = [(a, b) for a in bass.dynamic(SOFT) for b in bass.dynamic(HARD) if _same(a, b)]
-    return {
-        name: _median((b.measures[key] - a.measures[key] for a, b in pairs), why="no pitch both soft and hard")
-        for name, key in (("level_span", "level"), ("between_rise", "between_level"))
-    }
+def _pairs(some: Sequence[Note], others: Sequence[Note]) -> list[tuple[Note, Note]]:
+    """The pairs of one of some notes and one of others at the same pitch."""
+    return [(a, b) for a in some for b in others if _same(a, b)]
 
 
 def same_pitch(a: float, b: float) -> bool:
@@ -217,17 +213,12 @@ def _takes(bass: Bass) -> dict[str, Figure]:
         alone = Figure(math.nan, "one take of each note")
         return {"take_level": alone, "take_distance": alone}
     level = [abs(a.measures["level"] - b.measures["level"]) / math.sqrt(2) for a, b in pairs]
-    return {"take_level": _median(level), "take_distance": _apart(pairs, SPANS[0])}
+    return {"take_level": _median(level), "take_distance": _apart(pairs)}
 
 
-def _touch(bass: Bass) -> Figure:
-    pairs = [(a, b) for a in bass.dynamic(SOFT) for b in bass.dynamic(HARD) if _same(a, b)]
-    return _apart(pairs, SPANS[0], "no pitch both soft and hard")
-
-
-def _apart(pairs: Sequence[tuple[Note, Note]], seconds: float, why: str = "") -> Figure:
-    short = f"no notes of {seconds:g} s"
-    return _median((between(a.shape, b.shape, seconds) for a, b in pairs), why=short if pairs else why)
+def _apart(pairs: Sequence[tuple[Note, Note]], why: str = "") -> Figure:
+    short = f"no notes of {SPANS[0]:g} s"
+    return _median((between(a.shape, b.shape) for a, b in pairs), why=short if pairs else why)
 
 
 def _release(bass: Bass) -> dict[str, Figure]:
@@ -275,14 +266,7 @@ def distances(bass: Bass, real: Sequence[Bass]) -> dict[str, Figure]:
     touch = {id(n): _when(other, n) for other in real for n in other.notes}
     why = "no other real bass" if not others else "no pitch in common"
 
-    def nearest(seconds: float, equalized: bool = False, allowed: Callable[[Note, Note], bool] = _same) -> Figure:
-        minimum = []
-        for note in bass.notes:
-            apart = [between(note.shape, o.shape, seconds, equalized) for o in others if allowed(note, o)]
-            valid = [d for d in apart if not math.isnan(d)]
-            if valid:
-                minimum.append(min(valid))
-        return _median(minimum, why=why)
+    nearest = partial(_nearest, bass.notes, others, why=why)
 
     def alike(note: Note, other: Note) -> bool:
         return _same(note, other) and _when(bass, note) == touch[id(other)]
@@ -298,13 +282,18 @@ def _when(bass: Bass, note: Note) -> str:
     return HARD if note.rank == ranks[-1] else SOFT if note.rank == ranks[0] else MEDIUM
 
 
-def apart(bass: Bass, other: Bass, seconds: float = SPANS[0]) -> Figure:
+def apart(bass: Bass, other: Bass) -> Figure:
     """Returns the median distance from the notes of a bass to the nearest of another one, at the same pitch."""
+    return _nearest(bass.notes, other.notes)
+
+
+def _nearest(
+    notes: Sequence[Note], others: Sequence[Note], seconds: float = SPANS[0], equalized: bool = False,
+    allowed: Callable[[Note, Note], bool] = _same, why: str = "no pitch in common",
+) -> Figure:  # fmt: skip
+    """The median distance from notes to the nearest one allowed among others."""
     minimum = []
-    for note in bass.notes:
-        valid = [
-            d for o in other.notes if _same(note, o) and not math.isnan(d := between(note.shape, o.shape, seconds))
-        ]
-        if valid:
-            minimum.append(min(valid))
-    return _median(minimum, why="no pitch in common")
+    for note in notes:
+        apart = (between(note.shape, o.shape, seconds, equalized) for o in others if allowed(note, o))
+        minimum.append(min((d for d in apart if not math.isnan(d)), default=math.nan))
+    return _median(minimum, why=why)

@@ -9,9 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.engine.solve import output_signal, solve_trial
-from livebass.lab.analysis.motion import Solved, contact_energy, energy, modal_energies, t60
+from livebass.lab.analysis.motion import (
+    Solved,
+    contact_energy,
+    energy,
+    first_mode,
+    first_of,
+    modal_energies,
+    states_of,
+    t60,
+)
 from livebass.lab.experiment.grid import Work
-from livebass.model.modes import dampings, frequencies, grazing_apex
+from livebass.model.modes import dampings, grazing_apex
 from livebass.model.trial import initial_amplitudes, initial_amplitudes_across
 from livebass.rows.arrays import Floats
 from livebass.sound.analysis import PAPER_RATE, WINDOW, characteristic_frequencies, relative_variation
@@ -40,21 +49,13 @@ def _characteristic(sound: Floats, frames: int | None = None) -> float:
     return float(sounding.mean()) if sounding.size else math.nan
 
 
-def _first(values: Floats) -> float:
-    return float(values[0]) if values.size else math.nan
-
-
 def _contact_phase(solved: Solved) -> float:
     """Time of the last contact before `PERIODS` periods of the first mode without contact, s."""
     times = np.concatenate([[0.0], solved.motion.contact_time_s])
     if times.size == 1:
         return math.nan
-    gaps = np.flatnonzero(np.diff(times) > PERIODS / _first_mode(solved))
+    gaps = np.flatnonzero(np.diff(times) > PERIODS / first_mode(solved))
     return float(times[gaps[0]] if gaps.size else times[-1]) or math.nan  # 0: no contact so soon after the release
-
-
-def _first_mode(solved: Solved) -> float:
-    return float(frequencies(solved.speaking, 1)[0])
 
 
 def _hardness(solved: Solved) -> float:
@@ -69,14 +70,13 @@ def _glide(solved: Solved) -> float:
     except ValueError:
         return math.nan
     good = np.isfinite(pitch.frequency_hz) & (pitch.time_s < START)
-    variation = relative_variation(pitch.frequency_hz[good], _first_mode(solved))
+    variation = relative_variation(pitch.frequency_hz[good], first_mode(solved))
     return float(np.median(variation)) if good.any() else math.nan
 
 
 def _energies(solved: Solved) -> tuple[float, float]:
     """Energy at the release and in the last sample, J, both polarisations summed."""
-    s, states = solved.speaking, solved.motion.states
-    assert states is not None
+    s, states = solved.speaking, states_of(solved)
     q, across = initial_amplitudes(solved.trial), initial_amplitudes_across(solved.trial)
     start = energy(s, q, 0 * q) + modal_energies(s, across, 0 * across, across=True).sum()
     end = contact_energy(s, states[0, 0, 0])
@@ -88,9 +88,9 @@ def _energies(solved: Solved) -> tuple[float, float]:
 OF_MOTION: dict[str, Callable[[Solved], float]] = {
     "contacts": lambda solved: solved.motion.contact_step.size,
     "frets": lambda solved: np.unique(solved.contacts.fret).size,
-    "first_fret": lambda solved: _first(solved.contacts.fret.astype(np.float64)),
-    "first_contact": lambda solved: _first(solved.motion.contact_time_s),
-    "last_contact": lambda solved: _first(solved.motion.contact_time_s[::-1]),
+    "first_fret": lambda solved: first_of(solved.contacts.fret.astype(np.float64)),
+    "first_contact": lambda solved: first_of(solved.motion.contact_time_s),
+    "last_contact": lambda solved: first_of(solved.motion.contact_time_s[::-1]),
     "contact_phase": _contact_phase,
     "hardness": _hardness,
     "characteristic_frequency": lambda solved: _characteristic(solved.motion.displacement_m),

@@ -20,7 +20,7 @@ from livebass.kernels.bass.floor import FLOOR_BAND, HARMONICS
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.notes import AFTER, RELEASED, Note
 from livebass.lab.comparison.ringing import ringing
-from livebass.lab.fitting.bounds import FACTOR, Free, Tables, round_digits, string_table
+from livebass.lab.fitting.bounds import FACTOR, Free
 from livebass.lab.fitting.notes import Place, Recorded, string_of
 from livebass.lab.fitting.playing import DEFAULT_RATE, play_note
 from livebass.lab.fitting.problem import Problem
@@ -96,11 +96,6 @@ def open_notes(recorded: Recorded, bass: Instrument) -> dict[str, tuple[Note, ..
         if known and i is not None and bass.strings[i].open_note == place.key:
             found.setdefault(bass.strings[i].name, []).extend((abs(place.rank - middle), n) for n in notes)
     return {name: tuple(n for _, n in sorted(notes, key=lambda pair: pair[0])[:2]) for name, notes in found.items()}
-
-
-def put_inharmonicity(own: Tables, bass: Instrument, string: str, value: float) -> None:
-    """Writes an identified inharmonicity into the tables of a preset like `bass`."""
-    string_table(own, bass, string)["inharmonicity"] = round_digits(value)
 
 
 def losses(bass: Instrument, recorded: Recorded, free: Sequence[Free]) -> dict[str, float]:

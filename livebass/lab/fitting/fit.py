@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -17,7 +18,7 @@ from livebass.lab.comparison.notes import Note, spread_velocities
 from livebass.lab.comparison.rows import STRUCK
 from livebass.lab.experiment.workers import Compute
 from livebass.lab.fitting import estimates
-from livebass.lab.fitting.bounds import STEP, Free, Tables, free_numbers, round_digits, step
+from livebass.lab.fitting.bounds import STEP, Free, Tables, free_numbers, round_digits, step, string_table
 from livebass.lab.fitting.judge import SEEDS, Judged, hear, judge_preset, other_bass, own_takes
 from livebass.lab.fitting.notes import Place, Recorded
 from livebass.lab.fitting.plan import Plan, plan
@@ -25,11 +26,12 @@ from livebass.lab.fitting.playing import DEFAULT_RATE, play_note
 from livebass.lab.fitting.problem import Problem, Trial, digest_of
 from livebass.lab.fitting.search import Best, Points, search
 from livebass.lab.fitting.strings import with_strings
-from livebass.lab.fitting.target import Heard, measure_note, searched_figures
+from livebass.lab.fitting.target import searched_figures
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.load import preset_names, preset_tables
+from livebass.preset.programs import DEFAULT
 from livebass.preset.source import PresetError
 from livebass.report.progress import Say, silent
 from livebass.rows.units import note_name
@@ -42,16 +44,18 @@ MAX_FORCE = 8.0  # dB, a step of force to begin with
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """The settings of a fit."""
+class Fit:
+    """Says what to fit, and how long to search."""
 
-    default: str  # the preset that tells strings by its inharmonicity, if none is given
-    like: str | None = None  # the base preset; None: the nearest shipped one
-    tuning: Any = None
-    seed: int = 0
+    like: str | None = None  # preset to begin with, a name or path; None: the nearest shipped one
+    tuning: str | None = None  # of the open strings, as for `load_preset`
+    technique: str | None = None  # of all notes: "fingers", "pick" ...; None: by the file names
+    beside: tuple[str | os.PathLike[str], ...] = ()  # notes of other real basses, to judge by
+    seed: int = 0  # of the search
     trials: int = 600
     minutes: float = math.inf
-    others: tuple[tuple[str, tuple[Note, ...]], ...] = ()  # more real basses, by name, to judge by
+    workers: int | None = None  # processes; None: one per core
+    scheduler: str | None = None  # of a Dask cluster, instead
 
 
 @dataclass(frozen=True)
@@ -92,46 +96,47 @@ class Fitted:
 
 
 def fit_recorded(
-    recorded: Recorded, wanted: Wanted, compute: Compute, directory: Path,
+    recorded: Recorded, request: Fit, others: Sequence[tuple[str, Sequence[Note]]], compute: Compute, directory: Path,
     say: Say = silent, step: Callable[[int], None] = lambda _: None,
 ) -> Fitted:  # fmt: skip
     """Fits a preset to recorded notes. Each trial is kept in `directory`; `compute` computes tasks by `problem.solved`.
 
-    `say` gets a line for each part of the work, `step` the number of trials done. Raises ValueError, one line.
+    `others` are more real basses, by name, to judge by. `say` gets a line for each part of the work, `step` the number
+    of trials done. Raises ValueError, one line.
     """
     points = Points(directory, compute, step=step)
-    recorded = _on_strings(recorded, wanted)
-    label, tables, chosen = _base(recorded, wanted, points, say)
+    recorded = _on_strings(recorded, request)
+    label, tables, chosen = _base(recorded, request, points, say)
     bass = Builder(label).instrument(tables)
-    theirs = _measure_takes(recorded, chosen.fitted)
+    theirs = hear(recorded.takes, chosen.fitted, searched_figures(recorded.technique))
     first = Problem(label, tables, recorded.technique, len(recorded.layers), theirs, normalized=recorded.normalized)
     say(f"like {label}: {len(chosen.fitted)} notes are fitted, {len(chosen.judges)} judge")
     free = _free(bass, recorded, first.ranks)
     fixed, known, doubts = _estimates(recorded, first, free, points, say)
     problem = replace(first, free=tuple(free), fixed=fixed)
-    best = search(problem, _begins(problem, recorded, known), points, wanted.seed, wanted.trials, wanted.minutes)
+    best = search(problem, _begins(problem, recorded, known), points, request.seed, request.trials, request.minutes)
     values = [f.value(u) for f, u in zip(free, best.scaled, strict=True)]
     say(f"{best.trials} trials: score {best.begin['score']:.2f} -> {best.score['score']:.2f}; judging")
     held = hear(recorded.takes, chosen.judges)
     missing = len(recorded.takes) - len(estimates.places_of(recorded, bass))
     if missing:
         doubts.append(f"{missing} of {len(recorded.takes)} notes are not used: {label} has none such on its strings")
-    others = tuple(other_bass(name, notes, len(recorded.layers), held) for name, notes in wanted.others)
+    judged = tuple(other_bass(name, notes, len(recorded.layers), held) for name, notes in others)
     before, after = judge_preset(label, first, (), held), judge_preset("the new preset", problem, values, held)
     own = problem.own(values)
     own.setdefault("output", {})["gain"] = round_digits(bass.output.gain * _softer(problem, values))
     return Fitted(
-        recorded, problem, best, own, chosen, before, after, own_takes(held), others, (*recorded.doubts, *doubts)
+        recorded, problem, best, own, chosen, before, after, own_takes(held), judged, (*recorded.doubts, *doubts)
     )
 
 
-def _on_strings(recorded: Recorded, wanted: Wanted) -> Recorded:
+def _on_strings(recorded: Recorded, request: Fit) -> Recorded:
     """The notes with strings, told by the base preset that is given, or by the usual one if it can be tuned so."""
-    name = wanted.like or wanted.default
+    name = request.like or DEFAULT
     try:
-        return with_strings(recorded, Builder(name).instrument(_tables(name, wanted.tuning)))
+        return with_strings(recorded, Builder(name).instrument(_tables(name, request.tuning)))
     except PresetError:
-        if wanted.like is not None:
+        if request.like is not None:
             raise
         return recorded
 
@@ -142,16 +147,16 @@ def _tables(name: str, tuning: Any) -> Tables:
     return tables if tuning is None else tables | {"tuning": tuning}
 
 
-def _base(recorded: Recorded, wanted: Wanted, points: Points, say: Say) -> tuple[str, Tables, Plan]:
+def _base(recorded: Recorded, request: Fit, points: Points, say: Say) -> tuple[str, Tables, Plan]:
     """The name and tables of the base preset, and the plan of the notes that it can play."""
-    if wanted.like is not None:
-        tables = _tables(wanted.like, wanted.tuning)
-        able = estimates.places_of(recorded, Builder(wanted.like).instrument(tables))
-        return wanted.like, tables, _plan_places(recorded, able, wanted.like)
-    bases = _candidates(recorded, wanted.tuning)
+    if request.like is not None:
+        tables = _tables(request.like, request.tuning)
+        able = estimates.places_of(recorded, Builder(request.like).instrument(tables))
+        return request.like, tables, _plan_places(recorded, able, request.like)
+    bases = _candidates(recorded, request.tuning)
     able = sorted(set.intersection(*(set(places) for _, _, places in bases)))
     chosen = _plan_places(recorded, able, bases[0][0])
-    theirs = _measure_takes(recorded, chosen.fitted)
+    theirs = hear(recorded.takes, chosen.fitted, searched_figures(recorded.technique))
     tasks = [
         Trial(Problem(name, tables, recorded.technique, len(recorded.layers), theirs, normalized=recorded.normalized),
               (), f"preset {name}")
@@ -185,15 +190,10 @@ def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list
 def _plan_places(recorded: Recorded, able: Sequence[Place], label: str) -> Plan:
     strings = {p.string for p in recorded.takes if p.string}
     if len(able) < 2 or len({p.key for p in able}) < 2:
-        wanted = ", ".join(note_name(key) for key in recorded.keys[:6])
+        wanted = ", ".join(map(note_name, sorted({p.key for p in recorded.takes})[:6]))
         named = f" on strings {', '.join(sorted(strings))}" if strings else ""
         raise ValueError(f"{label}: has hardly any of the notes, {wanted} ...{named}; --tuning or --like may help")
     return plan(able)
-
-
-def _measure_takes(recorded: Recorded, places: Sequence[Place]) -> dict[Place, tuple[Heard, ...]]:
-    only = searched_figures(recorded.technique)
-    return {p: tuple(measure_note(n.sound, n.rate, n.pitch, only) for n in recorded.takes[p]) for p in places}
 
 
 def _free(bass: Instrument, recorded: Recorded, ranks: Sequence[int]) -> list[Free]:
@@ -248,7 +248,7 @@ def _estimates(
                 f"the open notes of string {task.string} do not tell its inharmonicity: as in the base preset"
             )
         else:
-            estimates.put_inharmonicity(own, bass, task.string, found["inharmonicity"])
+            string_table(own, bass, task.string)["inharmonicity"] = round_digits(found["inharmonicity"])
     floor, knock = estimates.floor(recorded, first), estimates.knock(recorded, bass)
     if floor is None:
         doubts.append("nothing tells the noise of the electronics: as in the base preset")

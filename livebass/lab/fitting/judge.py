@@ -35,9 +35,11 @@ class Judged:
     notes: tuple[Note, ...] = ()  # to hear, one for each place
 
 
-def hear(takes: Mapping[Place, Sequence[Note]], places: Sequence[Place]) -> dict[Place, tuple[Heard, ...]]:
-    """Measures all takes of some places."""
-    return {p: tuple(measure_note(n.sound, n.rate, n.pitch) for n in takes[p]) for p in places}
+def hear(
+    takes: Mapping[Place, Sequence[Note]], places: Sequence[Place], only: frozenset[str] = frozenset()
+) -> dict[Place, tuple[Heard, ...]]:
+    """Measures all takes of some places; `only` some figures."""
+    return {p: tuple(measure_note(n.sound, n.rate, n.pitch, only) for n in takes[p]) for p in places}
 
 
 def judge_preset(

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from livebass.lab.comparison.measures import attack
+from livebass.lab.comparison.measures import attack, begins_late
 from livebass.lab.comparison.names import NOTE, SILENCE
-from livebass.lab.comparison.notes import Note, measure_notes
+from livebass.lab.comparison.notes import Note, measure_notes, strings_of_key
 from livebass.lab.fitting.guide import Step
 from livebass.lab.identification.doubts import clipped_tops
 from livebass.lab.identification.partials import RecordingError
@@ -29,7 +29,6 @@ from livebass.rows.units import cents, note_name, one_line
 SHORTEST = 1.3  # s of a note
 FEWEST = 6  # different notes, counted by pitch, string and layer
 NORMALIZED = 2.0  # dB from one layer to the next, at the most, if levels were set by layer
-CUT = "the recording begins within the note"
 
 
 class Place(NamedTuple):
@@ -53,11 +52,6 @@ class Recorded:
     normalized: bool  # the levels of layers tell nothing
     doubts: tuple[str, ...]
     digest: str
-
-    @property
-    def keys(self) -> list[int]:
-        """Its pitches."""
-        return sorted({place.key for place in self.takes})
 
 
 def read_notes(
@@ -111,15 +105,11 @@ def key_of(note: Note) -> int:
 
 def string_of(bass: Instrument, place: Place) -> int | None:
     """The index of the string that plays a place on this bass, or None."""
-    frets = [
-        place.key - s.open_note if place.key - s.open_note <= len(n.fret_positions) else -1
-        for s, n in zip(bass.strings, bass.necks, strict=True)
-    ]
+    able = strings_of_key(bass, place.key)
     if place.string:
         i = _string_index(bass, place.string)
-        return i if i >= 0 and frets[i] >= 0 else None
-    able = [i for i, fret in enumerate(frets) if fret >= 0]
-    return min(able, key=lambda i: frets[i], default=None)
+        return i if i in able else None
+    return max(able, key=lambda i: bass.strings[i].open_note, default=None)
 
 
 def _string_index(bass: Instrument, string: str) -> int:
@@ -193,18 +183,13 @@ def _level(note: Note) -> float:
 
 def _defects(notes: Sequence[Note]) -> list[str]:
     clipped = [n for n in notes if clipped_tops(n.sound).size]
-    cut = [n for n in notes if _begins_late(n)]
-    said = []
-    if clipped:
-        said.append(f"{len(clipped)} notes clip, such as {_of(clipped[0])}: their attack is not as played")
-    if cut:
-        said.append(f"{len(cut)} notes begin within the attack, such as {_of(cut[0])}: their attack is not fitted")
-    return said
-
-
-def _begins_late(note: Note) -> bool:
-    first = attack(note.sound, note.rate)
-    return first == 0 and abs(note.sound[0]) > 0.3 * float(np.abs(note.sound[: note.rate // 2]).max())
+    late = [n for n in notes if begins_late(n.sound, n.rate)]
+    kinds = (("clip", clipped, "as played"), ("begin within the attack", late, "fitted"))
+    return [
+        f"{len(found)} notes {what}, such as {_of(found[0])}: their attack is not {how}"
+        for what, found, how in kinds
+        if found
+    ]
 
 
 def _of_kind(notes: Iterable[Note], kind: str) -> tuple[Note, ...]:

@@ -54,15 +54,6 @@ def _raw(value: Any) -> str:
     return repr(value)
 
 
-def remarks(free: Sequence[Free], scaled: Sequence[float], deviations: Sequence[float]) -> dict[tuple[str, str], str]:
-    """The standard deviation of each number, in its unit, by section and key."""
-    found = {}
-    for f, u, deviation in zip(free, scaled, deviations, strict=True):
-        if f.section != STEP:
-            found[f.home, f.key] = shown_deviation(f, u, deviation)
-    return found
-
-
 def shown_deviation(f: Free, u: float, deviation: float) -> str:
     """A deviation on the scale from 0 to 1, in words."""
     low, high = f.value(u - deviation), f.value(u + deviation)
@@ -96,16 +87,23 @@ def changes_from(own: Tables, base: Tables) -> Tables:
     return made
 
 
-def text_of(fitted: Fitted, place: Path, command: str) -> str:
-    """The text of a fitted preset; `command`: what makes it again."""
+def fitted_preset(fitted: Fitted, path: str | os.PathLike[str], remark: str = "livebass.fit") -> str:
+    """Returns the text of a fitted preset.
+
+    Args:
+        fitted: The fit.
+        path: Where the text will be written: paths in it are relative.
+        remark: How the preset was made, for its first line.
+    """
     problem, best = fitted.problem, fitted.best
     own = changes_from(fitted.own, problem.base)
-    comments = remarks(problem.free, best.scaled, best.deviations)
+    numbers = zip(problem.free, best.scaled, best.deviations, strict=True)
+    comments = {(f.home, f.key): shown_deviation(f, u, sd) for f, u, sd in numbers if f.section != STEP}
     comments |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
     comments |= {("player", key): "measured" for key in ("floor_noise", "release_noise", "hum", "mains")}
     comments |= {("player", "softest"): "by the force of the softest notes"}
     head = [
-        f"Made by livebass {__version__}: {command}",
+        f"Made by livebass {__version__}: {remark}",
         f"The notes have the digest {fitted.recorded.digest}. All else is as in {problem.label}.",
         f"{fitted.sentence[0].upper()}{fitted.sentence[1:]}",
         "sd: standard deviation of the last trials.",
@@ -115,4 +113,4 @@ def text_of(fitted: Fitted, place: Path, command: str) -> str:
     top = {"name": name, "description": described[:500]}
     if "tuning" in problem.base and problem.base["tuning"] != preset_tables(problem.label)[1].get("tuning"):
         top["tuning"] = problem.base["tuning"]
-    return preset_text(problem.label, place, own, comments, head, **top)
+    return preset_text(problem.label, Path(path), own, comments, head, **top)

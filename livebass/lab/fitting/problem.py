@@ -14,21 +14,10 @@ import numpy as np
 from livebass.engine.engine import Engine
 from livebass.lab.comparison.notes import Note, spread_velocities
 from livebass.lab.experiment.grid import program
+from livebass.lab.fitting import target
 from livebass.lab.fitting.bounds import HARDEST, STEP, Free, Tables, own_tables, round_digits
 from livebass.lab.fitting.notes import Place, string_of
 from livebass.lab.fitting.playing import DEFAULT_RATE, play_note, velocity_of
-from livebass.lab.fitting.target import (
-    LEAD,
-    SECONDS,
-    Difference,
-    Heard,
-    Score,
-    differences,
-    level_differences,
-    measure_note,
-    score,
-    searched_figures,
-)
 from livebass.model.instrument import Instrument, note_frequency
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import QUALITIES
@@ -50,7 +39,7 @@ class Problem:
     base: Tables
     technique: str
     layers: int
-    theirs: Mapping[Place, tuple[Heard, ...]]  # the notes to fit
+    theirs: Mapping[Place, tuple[target.Heard, ...]]  # the notes to fit
     free: tuple[Free, ...] = ()
     fixed: Tables = field(default_factory=dict)  # more keys of the new preset
     normalized: bool = False
@@ -68,7 +57,7 @@ class Problem:
         for place, takes in sorted(self.theirs.items()):
             made.update(repr((*place, [sorted(take.figures.items()) for take in takes])).encode())
             for take in takes:
-                made.update(take.shape.levels.tobytes())
+                made.update(take.shape.tobytes())
         return made.hexdigest()
 
     @property
@@ -119,8 +108,8 @@ class Problem:
         return [span * parts[velocities[rank]] for rank in self.ranks]
 
     def play(
-        self, values: Sequence[float], places: Sequence[Place], quality: str = "live", seconds: float = LEAD + SECONDS,
-        seed: int = SEED, even: bool = True,
+        self, values: Sequence[float], places: Sequence[Place], quality: str = "live",
+        seconds: float = target.LEAD + target.SECONDS, seed: int = SEED, even: bool = True,
     ) -> dict[Place, Note]:  # fmt: skip
         """Notes at places, in order, without the player's unevenness if `even`. Raises ValueError for a bad bass."""
         bass = Builder(self.label).instrument(self.tables(values))
@@ -143,22 +132,22 @@ class Problem:
         return made
 
     def compare(
-        self, ours: Mapping[Place, Heard], theirs: Mapping[Place, Sequence[Heard]] | None = None
-    ) -> tuple[Score, dict[tuple[str, int], Difference]]:
+        self, ours: Mapping[Place, target.Heard], theirs: Mapping[Place, Sequence[target.Heard]] | None = None
+    ) -> tuple[target.Score, dict[tuple[str, int], target.Difference]]:
         """The score of played notes, without priors, and the difference of each row."""
         wanted = theirs or self.theirs
-        rows = differences(wanted, ours, self.technique, self.layers)
+        rows = target.differences(wanted, ours, self.technique, self.layers)
         if not self.normalized and len({p.rank for p in ours}) > 1:
-            rows |= level_differences(wanted, ours)
-        return score(wanted, ours, rows), rows
+            rows |= target.level_differences(wanted, ours)
+        return target.score(wanted, ours, rows), rows
 
     def solve(self, scaled: Sequence[float]) -> dict[str, float]:
         """The score and its parts at places on the scale from 0 to 1; HOPELESS for a bass that cannot be."""
         values = [f.value(u) for f, u in zip(self.free, scaled, strict=True)]
         try:
             notes = self.play(values, sorted(self.theirs))
-            only = searched_figures(self.technique)
-            found, _ = self.compare({p: measure_note(n.sound, n.rate, n.pitch, only) for p, n in notes.items()})
+            only = target.searched_figures(self.technique)
+            found, _ = self.compare({p: target.measure_note(n.sound, n.rate, n.pitch, only) for p, n in notes.items()})
         except ValueError:  # beyond what a preset may be, or silent
             return {"score": HOPELESS, "rows": math.nan, "distance": math.nan, "equalized": math.nan}
         away = [

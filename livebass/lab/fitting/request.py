@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from livebass.lab.comparison.names import NOTE
 from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.experiment.workers import Compute, connect, lasting
-from livebass.lab.fitting.fit import Fitted, Wanted, fit_recorded
+from livebass.lab.fitting.fit import Fit, Fitted, fit_recorded
 from livebass.lab.fitting.guide import Step, steps
 from livebass.lab.fitting.notes import read_notes
-from livebass.lab.fitting.preset_text import text_of
 from livebass.lab.fitting.problem import solve_task
 from livebass.preset.load import load_preset
 from livebass.preset.programs import DEFAULT
@@ -26,24 +23,9 @@ from livebass.rows.units import one_line
 from livebass.system.cores import core_count
 
 
-@dataclass(frozen=True)
-class Fit:
-    """Says what to fit, and how long to search."""
-
-    like: str | None = None  # preset to begin with, a name or path; None: the nearest shipped one
-    tuning: str | None = None  # of the open strings, as for `load_preset`
-    technique: str | None = None  # of all notes: "fingers", "pick" ...; None: by the file names
-    beside: tuple[str | os.PathLike[str], ...] = ()  # notes of other real basses, to judge by
-    seed: int = 0  # of the search
-    trials: int = 600
-    minutes: float = math.inf
-    workers: int | None = None  # processes; None: one per core
-    scheduler: str | None = None  # of a Dask cluster, instead
-
-
 def fit(
     notes: Sequence[str | os.PathLike[str]],
-    request: Fit = Fit(),
+    request: Fit = Fit(),  # noqa: B008  # it is frozen
     directory: str | os.PathLike[str] | None = None,
     say: Say = silent,
     step: Callable[[int], None] = lambda _: None,
@@ -68,18 +50,11 @@ def fit(
     for doubt in found.doubts:
         say(f"doubt: {doubt}")
     with _place(directory) as place, _computer(request, say) as compute:
-        return fit_recorded(found, _request_details(request), compute, place, say, step)
-
-
-def fitted_preset(fitted: Fitted, path: str | os.PathLike[str], remark: str = "livebass.fit") -> str:
-    """Returns the text of a fitted preset.
-
-    Args:
-        fitted: The fit.
-        path: Where the text will be written: paths in it are relative.
-        remark: How the preset was made, for its first line.
-    """
-    return text_of(fitted, Path(path), remark)
+        others = [
+            (one_line(path.resolve().name), [n for n in measure_notes([path], request.technique) if n.kind == NOTE])
+            for path in map(Path, request.beside)
+        ]
+        return fit_recorded(found, request, others, compute, place, say, step)
 
 
 def _guide(request: Fit) -> list[Step]:
@@ -92,14 +67,6 @@ def _guide(request: Fit) -> list[Step]:
         return []
 
 
-def _request_details(request: Fit) -> Wanted:
-    others = tuple(
-        (one_line(path.resolve().name), tuple(n for n in measure_notes([path], request.technique) if n.kind == NOTE))
-        for path in map(Path, request.beside)
-    )
-    return Wanted(DEFAULT, request.like, request.tuning, request.seed, request.trials, request.minutes, others)
-
-
 @contextmanager
 def _place(directory: str | os.PathLike[str] | None) -> Iterator[Path]:
     """The directory of the trials, with its folder of points."""
@@ -108,11 +75,7 @@ def _place(directory: str | os.PathLike[str] | None) -> Iterator[Path]:
         yield Path(place)
 
 
-@contextmanager
-def _computer(request: Fit, say: Say) -> Iterator[Compute]:
+def _computer(request: Fit, say: Say) -> AbstractContextManager[Compute]:
     if request.scheduler is not None:
-        with connect(request.scheduler, solve_task) as compute:
-            yield compute
-        return
-    with lasting(request.workers or core_count(), solve_task, say) as compute:
-        yield compute
+        return connect(request.scheduler, solve_task)
+    return lasting(request.workers or core_count(), solve_task, say)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -146,13 +146,8 @@ def _downhill(
 
 def _find_known(best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]) -> Any:
     """True for each number that moves the score by itself: (numbers,)."""
-    moved = list(_moves(best))
+    one = np.eye(len(best))
+    moved = [np.clip(best + by * one[k], 0.0, 1.0) for k in range(len(best)) for by in (-MOVED, MOVED)]
     scores = tried(moved, "one number moved,")
     minimum = np.array([s["score"] - score["score"] for s in scores]).reshape(-1, 2)
     return np.abs(minimum).max(axis=1) >= TELLING
-
-
-def _moves(best: Floats) -> Iterator[Floats]:
-    for k in range(len(best)):
-        for by in (-MOVED, MOVED):
-            yield np.clip(best + by * (np.arange(len(best)) == k), 0.0, 1.0)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.lab.comparison.measures import attack
-from livebass.lab.comparison.notes import Note
+from livebass.lab.comparison.notes import Note, strings_of_key
 from livebass.lab.fitting.notes import Place, Recorded
 from livebass.model.instrument import Instrument
 from livebass.rows.arrays import Floats
@@ -43,7 +43,7 @@ def strings_of(takes: Mapping[Place, Sequence[Note]], bass: Instrument) -> dict[
     """The name of the string that plays each pitch (MIDI); pitches that the bass does not have are left out."""
     log_b: dict[int, float] = {}
     for key in sorted({p.key for p in takes}):
-        expected = [inharmonicity_at(bass, i, key) for i in _able(bass, key)]
+        expected = [inharmonicity_at(bass, i, key) for i in strings_of_key(bass, key)]
         if expected:
             values = np.geomspace(min(expected) / ROOM, max(expected) * ROOM, TRIED)
             notes = [note for p, those in takes.items() if p.key == key for note in those]
@@ -82,12 +82,6 @@ def inharmonicity_at(bass: Instrument, string: int, key: int) -> float:
     return s.inharmonicity * 2.0 ** ((key - s.open_note) / 6)
 
 
-def _able(bass: Instrument, key: int) -> list[int]:
-    """The strings that have `key`."""
-    both = enumerate(zip(bass.strings, bass.necks, strict=True))
-    return [i for i, (s, n) in both if 0 <= key - s.open_note <= len(n.fret_positions)]
-
-
 def _cheapest(bass: Instrument, log_b: Mapping[int, float], offset: float) -> tuple[float, tuple[int, ...]]:
     """The cost and the strings of rising pitches, if the recorded bass' inharmonicity is over this bass' by `offset`.
 
@@ -97,7 +91,7 @@ def _cheapest(bass: Instrument, log_b: Mapping[int, float], offset: float) -> tu
     paths: dict[int, tuple[float, tuple[int, ...]]] = {0: ((offset / TYPICAL_OFFSET) ** 2, ())}
     for key, found in log_b.items():
         costs = {}
-        for i in _able(bass, key):
+        for i in strings_of_key(bass, key):
             away = abs(found - offset - math.log(inharmonicity_at(bass, i, key))) / SPREAD
             costs[order.index(i)] = min(away, FARTHEST) + FRET * (key - bass.strings[i].open_note)
         paths = {

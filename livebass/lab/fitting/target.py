@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from livebass.lab.comparison.distance import Shape, between, shape
+from livebass.lab.comparison.distance import between, shape
 from livebass.lab.comparison.measures import GLIDE_KEYS, KEYS, attack, measure
 from livebass.lab.comparison.names import DEFAULT_TECHNIQUE
 from livebass.lab.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
@@ -40,7 +40,7 @@ class Heard:
     """One note as the fit hears it."""
 
     figures: dict[str, float]  # NaN: not shown
-    shape: Shape
+    shape: Floats  # levels over time and bands
 
 
 class Difference(NamedTuple):

@@ -63,15 +63,15 @@ def shortest(width: float) -> float:
     return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
 
 
-def band(sound: Floats, rate: float, centre: float, width: float, maximum: int = SAMPLES) -> Band:
+def band(sound: Floats, rate: float, centre: float, width: float, maximum: int = SAMPLES) -> Band | None:
     """Cuts the band around `centre` (Hz) out of `sound` (n,), at a rate of about `width` (Hz).
 
-    The samples are the first of the sound, `maximum` at most; half of `width` passes with little loss. Raises
-    ValueError if the sound is too short for a single sample.
+    The samples are the first of the sound, `maximum` at most; half of `width` passes with little loss. None if the
+    sound is too short for a single sample.
     """
     count = math.ceil(shortest(width) * rate) | 1
     if sound.size < count:
-        raise ValueError(f"{sound.size / rate:.3g} s of sound: a band of {width:.3g} Hz takes {count / rate:.3g} s")
+        return None
     step = max(1, math.floor(rate / width))
     taps = _low_pass(count, step) * np.exp(-2j * np.pi * centre / rate * np.arange(count))
     samples = _decimate(sound, taps, step, maximum)

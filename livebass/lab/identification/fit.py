@@ -99,6 +99,10 @@ class Losses:
     thermoelastic: float  # 1/Q_te
     conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N), Re Y_nut of eq. 9 at the partials; empty: none found
 
+    @property
+    def admittance(self) -> Admittance:
+        return Admittance(table=tuple((nu, y, 0.0) for nu, y in self.conductance))
+
 
 def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviation: Floats) -> Losses:
     """Fits the losses of `string`, whose f0, B and tension are already fitted, to the dampings of partials `number`.

@@ -82,9 +82,8 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
 
 def _deviation(take: Take, frequency: float, f0: float) -> tuple[Floats, float, Floats] | None:
     """Relative deviations (n,) of the frequency of a partial, their rate (Hz), and the filter used."""
-    try:
-        b = band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES)
-    except ValueError:
+    b = band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES)
+    if b is None:
         return None
     y = b.samples[: round(LONGEST * b.rate)]
     clear = np.abs(y) > np.abs(y[:3]).max() * 10 ** (-SHALLOW / 20)

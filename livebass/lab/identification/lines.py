@@ -90,9 +90,8 @@ def envelope(sound: Floats, rate: float, frequency: float, f0: float, late: Floa
 
     `late` is the sound's `late_spectrum`. A partial that does not fall gets the least damping.
     """
-    try:
-        b = band(sound, rate, frequency, WIDTH * f0, MAX_SAMPLES)
-    except ValueError:
+    b = band(sound, rate, frequency, WIDTH * f0, MAX_SAMPLES)
+    if b is None:
         return None
     level = 20 * np.log10(np.abs(b.samples) + 1e-300)
     noise = _noise(late, frequency, f0) * float(np.sum(np.abs(b.taps) ** 2))

@@ -27,6 +27,7 @@ from livebass.rows.arrays import Floats
 
 RATE = 48_000.0  # Hz, of the filter that represents the circuit
 LOWEST, BANDS = 40.0, 24  # Hz, centre of the first third octave; their number, up to 8 kHz
+EDGES = LOWEST * 2 ** ((np.arange(BANDS + 1) - 0.5) / 3)
 WINDOW = 0.4  # s of the take, to measure third octaves
 DEPTH = 50.0  # dB below the loudest partial or third octave: fainter ones are left out
 FEWEST = 8  # partials needed
@@ -95,17 +96,12 @@ def third_octaves(takes: Sequence[Take]) -> Floats:
         sound = take.sound[: round(WINDOW * take.rate)]
         power = np.abs(np.fft.rfft(sound * np.hanning(sound.size), 8 * sound.size)) ** 2
         nu = np.fft.rfftfreq(8 * sound.size, 1 / take.rate)
-        edges = _edges()
         level = [
             10 * math.log10(power[(nu >= a) & (nu < b)].sum() + 1e-20) if b < 0.45 * take.rate else math.nan
-            for a, b in pairwise(edges)
+            for a, b in pairwise(EDGES)
         ]
         seen.append(np.array(level) - np.nanmax(level))
     return np.asarray(np.median(seen, axis=0))
-
-
-def _edges() -> Floats:
-    return np.asarray(LOWEST * 2 ** ((np.arange(BANDS + 1) - 0.5) / 3))
 
 
 class _Levels:
@@ -114,10 +110,9 @@ class _Levels:
     def __init__(self, s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floats, since: float) -> None:
         self.s, self.output = s, bass.output
         self.pickups = pickups_under(bass.output, s.string.name)
-        edges = _edges()
         count = s.grid_points - 1
         self.nu = modes.frequencies(s, count)
-        inside = int(np.searchsorted(self.nu, min(float(edges[-1]), 0.45 * RATE)))
+        inside = int(np.searchsorted(self.nu, min(float(EDGES[-1]), 0.45 * RATE)))
         self.nu, count = self.nu[:inside], inside
         self.number = np.arange(1, count + 1)
         sigma = modes.dampings(s, s.grid_points - 1)[:count]
@@ -127,7 +122,7 @@ class _Levels:
         t = since + np.linspace(0, WINDOW, 200)
         window = np.hanning(t.size) ** 2
         self.energy = np.exp(-2 * np.outer(sigma, t)) @ window / window.sum()
-        self.which = np.searchsorted(edges, self.nu) - 1
+        self.which = np.searchsorted(EDGES, self.nu) - 1
         top = max(p.level_db for p in found)
         used = [p for p in found if p.level_db > top - DEPTH and p.number <= count]
         self.partial = np.array([p.number - 1 for p in used])

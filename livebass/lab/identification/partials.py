@@ -22,7 +22,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.lab.analysis.motion import t60
 from livebass.lab.identification.esprit import WIDTH, Component, band, components, shortest
-from livebass.lab.identification.lines import MIN_DAMPING, Decay, Line, decay, envelope, late_spectrum
+from livebass.lab.identification.lines import MIN_DAMPING, Line, decay, envelope, late_spectrum
 from livebass.rows.arrays import Floats
 from livebass.rows.units import one_line
 from livebass.sound.analysis import fundamental
@@ -237,7 +237,10 @@ def find(sound: Floats, rate: float, expected: float, f0: float, late: Floats, j
                 if scale not in tried:
                     tried[scale] = _near(sound, rate, best.frequency, f0, scale, expected)
             near = [c for each in tried.values() for c in each]
-            return _partial(j, best, decay(best, near, seen, f0))
+            heard = decay(best, near, seen, f0)
+            deviation = heard.deviation or best.damping_sd
+            nu = heard.loudest.frequency
+            return Partial(j, nu, heard.damping, heard.amplitude, best.frequency_sd, deviation, heard.u, heard.v)
     return None
 
 
@@ -247,28 +250,17 @@ def _nearest(scale: float, scales: Sequence[float]) -> float:
 
 def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, expected: float) -> list[Component]:
     """Components that may be the partial, strongest first."""
-    try:
-        seen = components(band(sound, rate, centre, WIDTH * f0 * scale))
-    except ValueError:  # the window is shorter than the filter
-        return []
+    seen = band(sound, rate, centre, WIDTH * f0 * scale)
     faintest = float(np.max(np.abs(sound))) * 10 ** (-FAINTEST / 20)
     return [
         c
-        for c in seen
+        for c in (components(seen) if seen else [])
         if abs(c.frequency - expected) < NEAR * f0
         and c.energy > MIN_ENERGY
         and c.amplitude > faintest
         and c.damping > MIN_DAMPING
         and c.damping_sd < MAX_UNSURE * c.damping
     ]
-
-
-def _partial(j: int, found: Component, heard: Decay) -> Partial:
-    line = heard.loudest
-    deviation = heard.deviation or found.damping_sd
-    return Partial(
-        j, line.frequency, heard.damping, heard.amplitude, found.frequency_sd, deviation, heard.u, heard.v
-    )  # fmt: skip
 
 
 NORMAL_95 = 1.959964

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +43,10 @@ def new_preset(
     for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
         target.pop(name, None)
 
-    below = _cut_end(target)
-    for name, value in _values(s, target["open_note"]).items():
-        _put(target, name, value)
-    _put_neck(document, target, result, resonances)
-    if below:
-        target.value.body.extend((None, item) for item in below)
+    with _above_end(target):
+        for name, value in _values(s, target["open_note"]).items():
+            _put(target, name, value)
+        _put_neck(document, target, result, resonances)
     if result.onset is not None:
         _put_onset(document, load_preset(base), old, result.onset)
     document["description"] = f"String {old} identified from {files}; the rest is {rest}"[:500]
@@ -60,13 +59,16 @@ def new_preset(
     return done
 
 
-def _cut_end(table: Any) -> list[Any]:
-    """Removes and returns the blank lines and comments that end a table: they belong to the next one."""
+@contextmanager
+def _above_end(table: Any) -> Iterator[None]:
+    """Keeps new keys above the blank lines and comments that end a table: these belong to the next one."""
     body = getattr(table.value, "body", [])
     cut: list[Any] = []
     while body and body[-1][0] is None:
-        cut.insert(0, body.pop()[1])
-    return cut
+        cut.insert(0, body.pop())
+    yield
+    if cut:
+        table.value.body.extend(cut)
 
 
 def _put(target: Any, name: str, value: str) -> None:
@@ -133,19 +135,15 @@ def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> No
     for table, values in tables.items():
         if table not in document:
             document[table] = tomlkit.table()
-        below = _cut_end(document[table])
-        for name, value in values.items():
-            _put(document[table], name, value)
-        if below:
-            document[table].value.body.extend((None, item) for item in below)
+        with _above_end(document[table]):
+            for name, value in values.items():
+                _put(document[table], name, value)
     ours = pickups_under(bass.output, string)
     under = [k for k, pickup in enumerate(bass.output.pickups) if any(pickup is p for p in ours)]
     for k, pickup in zip(under, onset.pickups, strict=True):
-        below = _cut_end(document["pickup"][k])
-        _put(document["pickup"][k], "position", f'"{pickup.position * 1e3:.4g} mm"')
-        _put(document["pickup"][k], "level", f"{pickup.level:.4g}")
-        if below:
-            document["pickup"][k].value.body.extend((None, item) for item in below)
+        with _above_end(document["pickup"][k]):
+            _put(document["pickup"][k], "position", f'"{pickup.position * 1e3:.4g} mm"')
+            _put(document["pickup"][k], "level", f"{pickup.level:.4g}")
 
 
 def _quantity(value: float, unit: float, name: str, limits: tuple[float, float]) -> str:
@@ -153,9 +151,8 @@ def _quantity(value: float, unit: float, name: str, limits: tuple[float, float])
 
 
 def _table_keys(pairs: Sequence[tuple[float, float]]) -> dict[str, str]:
-    nu = _array("Hz", [x for x, _ in pairs], ".6g")
     return {
-        "conductance_frequencies": nu,
+        "conductance_frequencies": _array("Hz", [x for x, _ in pairs], ".6g"),
         "conductance_values": _array("mm/s/N", [y * 1e3 for _, y in pairs], ".4g"),
     }
 

@@ -88,7 +88,7 @@ def _losses(fitted: String, neck: Neck, found: Sequence[Found], level: float) ->
     of_u = np.array([p.damping if p.v is None else p.u.damping for p in found])
     losses = fit_losses(fitted, neck, number, of_u, deviation)
     lossy = _lossy(fitted, losses)
-    own = fit_own(lossy, _neck_with(neck, lossy, Admittance(table=_table(losses)), None), found)
+    own = fit_own(lossy, _neck_with(neck, lossy, losses.admittance, None), found)
     return (losses, own) if own else (heard, None)
 
 
@@ -97,10 +97,6 @@ def _lossy(string: String, losses: Losses) -> String:
         string, diameter=losses.diameter, viscoelastic_angle=losses.viscoelastic_angle,
         thermoelastic=losses.thermoelastic,
     )  # fmt: skip
-
-
-def _table(losses: Losses) -> tuple[tuple[float, float, float], ...]:
-    return tuple((nu, y, 0.0) for nu, y in losses.conductance)
 
 
 def _neck_with(neck: Neck, string: String, y: Admittance, own: Own | None) -> Neck:
@@ -138,7 +134,7 @@ def identified_string(
     level: v over u in the base preset. `base` already has the tension of its law.
     """
     losses, own = _losses(base, neck, found, level)
-    string, neck = _lossy(base, losses), _neck_with(neck, base, Admittance(table=_table(losses)), own)
+    string, neck = _lossy(base, losses), _neck_with(neck, base, losses.admittance, own)
     s = speaking(string, neck, 0)
     return Identified(
         string=with_modes(string, neck, found, level, own),

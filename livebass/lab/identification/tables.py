@@ -147,14 +147,14 @@ def table(result: Identified) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _onset(found: Onset) -> list[str]:
+def _onset(found: Onset) -> str:
     """Describes where the string was plucked and heard, and how well that fits the levels."""
     pickups = ", ".join(f"{p.position * 1e3:.0f} mm (level {p.level:.2f})" for p in found.pickups)
-    return [
+    return (
         f"plucked {found.place * 1e3:.0f} mm from the saddle, finger {found.rounding * 1e3:.2g} mm, let go in "
         f"{found.release * 1e6:.0f} us; pickups at {pickups}; tone {found.tone:.2f}: the levels are "
         f"{found.misfit:.1f} dB off, {found.before:.1f} dB by the preset"
-    ]
+    )
 
 
 def _line(line: Line) -> str:
@@ -169,7 +169,7 @@ def _motion(result: Identified) -> list[str]:
         of = f"{len(sharp)} of {len(result.glides)} takes begin" if len(result.glides) > 1 else "the note begins"
         lines.append(f"{of} {max(sharp):.1f} cents sharp, all partials alike, as its tension falls: taken out")
     if result.onset is not None:
-        lines += _onset(result.onset)
+        lines.append(_onset(result.onset))
     if (v := result.across) is not None:
         lines.append(
             f"{len(v.partials)} partials are two lines: v, across the neck, is {cents(1 + v.detuning):+.2f} cents "

@@ -56,9 +56,8 @@ def takes_of(paths: Sequence[Path], search: Search, hint: float | None) -> Takes
     pitches = [pitch_of(take, low, high) for take in takes]
     if not any(pitches):
         near = f" within a semitone of {hint:.2f} Hz" if hint else ""
-        needed = max(3.0, PERIODS * 0.1) / low
-        if max(t.duration_s for t in takes) < needed:
-            longest = max(t.duration_s for t in takes)
+        longest = max(t.duration_s for t in takes)
+        if longest < max(3.0, PERIODS * 0.1) / low:
             raise RecordingError(f"{takes[0].name}: {longest:.3g} s of note, too short: {PERIODS} periods are needed")
         raise RecordingError(f"{takes[0].name}: no pitch{near}: noise, several notes at once, or not this string")
     heard = np.array([p for p in pitches if p])

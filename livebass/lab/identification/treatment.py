@@ -197,11 +197,10 @@ FILTER = 10.7  # periods that the filter of a band lasts
 
 def _levels(take: Take, frequency: float, f0: float) -> Floats | None:
     """Levels (n,), dB, of a partial down to SHALLOW below its beginning; None if too few."""
-    try:
-        y = np.abs(band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES).samples)
-    except ValueError:
+    b = band(take.sound, take.rate, frequency, WIDTH * f0, MAX_SAMPLES)
+    if b is None:
         return None
-    level = 20 * np.log10(y + 1e-300)
+    level = 20 * np.log10(np.abs(b.samples) + 1e-300)
     count = until(level > level[:3].max() - SHALLOW, max(3, round(BEAT * WIDTH * f0)))
     return level[:count] if count >= SAMPLES else None
 

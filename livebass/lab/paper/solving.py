@@ -61,7 +61,10 @@ def solve_in_turn(
     """
     requested = [list(group) for group in groups]
     instead = share_jobs(job for group in requested for job in group)
-    ordered = [sorted((instead[job] for job in group), key=_cost) for group in requested]
+    ordered = [
+        sorted((instead[job] for job in group), key=lambda job: -job.trial.duration * job.trial.contact_rate)
+        for group in requested
+    ]
     wanted = dict.fromkeys(job for group in ordered for job in group)
     for job in {(job.solver, bool(job.trial.speaking.surface)): job for job in wanted}.values():
         instant = replace(job.trial, duration=1 / job.trial.output_rate, states=())
@@ -75,20 +78,11 @@ def solve_in_turn(
                 for future in as_completed(missing):
                     motions[missing[future]] = future.result()
                     step()
-                yield {job: _select_states(job, instead[job], motions[instead[job]]) for job in group}
+                yield {job: Solved(job.trial, _with_states(motions[instead[job]], instead[job].trial, job.trial))
+                       for job in group}  # fmt: skip
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-
-
-def _cost(job: Job) -> float:
-    """Sorts the longest motions first."""
-    return -job.trial.duration * job.trial.contact_rate
-
-
-def _select_states(job: Job, whole: Job, motion: Motion) -> Solved:
-    """`motion`, solved for `whole`, as `job` requests it."""
-    return Solved(job.trial, _with_states(motion, whole.trial, job.trial))
 
 
 def _with_states(motion: Motion, solved: Trial, requested: Trial) -> Motion:

@@ -24,7 +24,7 @@ from livebass.lab.paper.claims.check import (
     ClaimResult,
     Spread,
     all_hold,
-    check,
+    check_claims,
     choose_claims,
     claims_html,
     claims_json,
@@ -36,7 +36,7 @@ from livebass.lab.paper.claims.check import (
     value_text,
 )
 from livebass.lab.paper.claims.expect import Expectation, Near, Value
-from livebass.lab.paper.claims.null import centres, lies_between, null_of, null_rate
+from livebass.lab.paper.claims.null import lies_between, null_of, null_rate
 from livebass.lab.paper.solving import Job
 from livebass.model.trial import Motion
 
@@ -138,7 +138,7 @@ def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[s
 @pytest.mark.slow
 def test_all_claims_but_those_told_hold() -> None:
     """Over all plucks; measurements by others of the contact time, for K from 1e13 to 1e9, lie within their spread."""
-    results = {r.claim.id: r for r in check(CLAIMS.values())}
+    results = {r.claim.id: r for r in check_claims()}
     assert {name for name, r in results.items() if not r.passed} == FAILING
     assert sum(r.sharp for r in results.values()) >= 15
     phases, spread = results["soft-longer"].measured, results["soft-longer"].spread
@@ -195,7 +195,7 @@ def test_two_numbers_of_a_chaotic_pluck_are_both_within() -> None:
         ([0.26, 0.3], [0.3, 0.4], False),
         ([0.2, 0.3], [0.3, 0.34], False),
     ):
-        assert lies_between(centres(silence.expects), low, high) == holds
+        assert lies_between(silence.expects.centres, low, high) == holds
         rate = null_rate(silence, [0.25, 0.35], [], (low, high))
         each = [math.log10(b / a) / 2 for a, b in zip(low, high, strict=True)]
         assert rate == pytest.approx(math.prod(each), abs=0.01)
@@ -279,7 +279,7 @@ def test_the_neck_is_straightened_as_in_the_paper() -> None:
 
 
 def test_friction_takes_from_v_alone() -> None:
-    assert check(choose_claims(["friction-v"]), plucks=0)[0].passed
+    assert check_claims(["friction-v"], plucks=0)[0].passed
 
 
 def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -292,7 +292,7 @@ def test_each_run_is_solved_once_and_heard_of(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(Job, "solve", solve)
     heard: list[float] = []
-    results = check(choose_claims(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]), 1, heard.append, 0)
+    results = check_claims(["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"], 0, 1, heard.append)
     assert began == ["neck", "a"] and heard == [0.5, 1.0]
     assert [r.claim.id for r in results] == ["a-no-contact", "a-centroid", "neck-no-contact", "g-mode-34"]
     assert all(r.passed for r in results)

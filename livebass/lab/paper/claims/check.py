@@ -17,7 +17,7 @@ import numpy as np
 from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.claims import runs, section_4_1, section_4_2, sections_2_3
 from livebass.lab.paper.claims.expect import AXIS, ONE_PLUCK, SETUP, Claim, Exactly, Value, numbers
-from livebass.lab.paper.claims.null import centres, lies_between, null_of, null_rate
+from livebass.lab.paper.claims.null import lies_between, null_of, null_rate
 from livebass.preset.keys import nearest
 from livebass.report.page import html_page
 from livebass.report.progress import Progress, steps
@@ -106,24 +106,13 @@ def check_claims(
     Args:
         ids: Of the statements; all by default.
         plucks: That judge statements about contacts; 0: the paper's own pluck alone.
-        workers: Threads; None: one per core.
+        workers: Threads that solve the runs they need, each once; None: one per core.
         progress: Gets the fraction done, 0 to 1.
 
     Raises:
         ValueError: An unknown statement.
     """
-    return check(choose_claims(ids), workers, progress, plucks)
-
-
-def check(
-    claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None, plucks: int = PLUCKS
-) -> list[ClaimResult]:
-    """Solve the runs that these claims need, each once, on `workers` threads (default: one per core), and measure.
-
-    Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` gets the
-    fraction done. Needs SciPy. [main thread]
-    """
-    claims = list(claims)
+    claims = choose_claims(ids)
     names = needed_runs(claims)
     step = steps(progress, len(names) + (plucks if any(claim.plucks for claim in claims) else 0))
     solved = runs.solve(names, workers, step)
@@ -174,7 +163,8 @@ def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] =
     held = sum(map(claim.expects.holds, values))
     spread, between, passed = None, None, bool(claim.expects.holds(measured))
     if values:
-        middle = None if _is_list(claim.expects) else _quantile(values, 0.5)
+        is_list = isinstance(claim.expects, Exactly) and isinstance(claim.expects.expected, list)  # of frets
+        middle = None if is_list else _quantile(values, 0.5)
         low, high = (None, None) if middle is None else (_quantile(values, LOW), _quantile(values, HIGH))
         spread = Spread(len(values), held, low, high)
         passed = 2 * held > len(values) if middle is None else bool(claim.expects.holds(middle))
@@ -182,18 +172,13 @@ def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] =
         if claim.bound == ONE_PLUCK:
             assert low is not None and high is not None, f"{claim.id}: numbers, as many in each pluck"
             between = low, high
-            passed = lies_between(centres(claim.expects), *between)
+            passed = lies_between(claim.expects.centres, *between)
     null = null_rate(claim, measured, [solved[name] for name in claim.needs], between)
     return ClaimResult(claim, measured, passed, spread, null)
 
 
 def _measure(claim: Claim, solved: Mapping[str, Solved]) -> Value:
     return claim.measure(*(solved[name] for name in claim.needs))
-
-
-def _is_list(expects: object) -> bool:
-    """True if a list of frets is expected."""
-    return isinstance(expects, Exactly) and isinstance(expects.value, tuple)
 
 
 def _quantile(values: Sequence[Value], part: float) -> Value | None:

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 from livebass.lab.paper.claims.runs import BRUTE
 
 Value = float | int | bool | list[float] | list[int]
-
-
-class Expectation(Protocol):
-    """The expected value, its tolerance, and the check."""
-
-    @property
-    def expected(self) -> Value | str:
-        """The value as the paper states it."""
-
-    @property
-    def tolerance(self) -> str:
-        """The allowed deviation in words."""
-
-    def holds(self, measured: Value) -> bool:
-        """True if `measured` meets the expectation; NaN never does."""
 
 
 def numbers(value: Value) -> list[float]:
@@ -34,168 +20,114 @@ def numbers(value: Value) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Near:
+class Expectation:
+    """The expected value, its tolerance, and the check."""
+
+    expected: Value | str  # as the paper states it
+    tolerance: str  # the allowed deviation in words
+    check: Callable[[list[float]], bool]  # takes the measured numbers
+    centres: tuple[float, ...] = ()  # the numbers that random ones may replace; for a range, the upper end
+
+    def holds(self, measured: Value) -> bool:
+        """True if `measured` meets the expectation; NaN never does."""
+        return self.check(numbers(measured))
+
+
+class Nears(Expectation):
+    """Several numbers, each to a relative tolerance as in `Near`."""
+
+    def __init__(self, values: tuple[float, ...], within: float) -> None:
+        super().__init__(list(values), f"± {100 * within:.3g} % each", partial(_are_near, values, within), values)
+
+
+class Near(Expectation):
     """A number to a relative tolerance: the paper's "about"."""
 
-    expected: float
-    within: float  # relative
-
-    @property
-    def tolerance(self) -> str:
-        return f"± {100 * self.within:.3g} %"
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        return len(found) == 1 and abs(found[0] - self.expected) <= self.within * abs(self.expected)
+    def __init__(self, value: float, within: float) -> None:
+        super().__init__(value, f"± {100 * within:.3g} %", partial(_are_near, (value,), within), (value,))
 
 
-@dataclass(frozen=True)
-class Between:
+def _are_near(values: Sequence[float], within: float, found: Sequence[float]) -> bool:
+    near = (abs(v - e) <= within * abs(e) for e, v in zip(values, found, strict=False))
+    return len(found) == len(values) and all(near)
+
+
+class Between(Expectation):
     """A number, or each of several, from `minimum` to `maximum`."""
 
-    minimum: float
-    maximum: float
-
-    tolerance = "none"
-
-    @property
-    def expected(self) -> str:
-        return f"{self.minimum:g} to {self.maximum:g}"
-
-    def holds(self, measured: Value) -> bool:
-        return bool(numbers(measured)) and all(self.minimum <= v <= self.maximum for v in numbers(measured))
+    def __init__(self, minimum: float, maximum: float) -> None:
+        super().__init__(f"{minimum:g} to {maximum:g}", "none", partial(_are_inside, minimum, maximum), (maximum,))
 
 
-class AtLeast(Between):
+class AtLeast(Expectation):
     """A number, or each of several, of `minimum` or more."""
 
     def __init__(self, minimum: float) -> None:
-        super().__init__(minimum, math.inf)
-
-    @property
-    def expected(self) -> str:
-        return f"≥ {self.minimum:g}"
+        super().__init__(f"≥ {minimum:g}", "none", partial(_are_inside, minimum, math.inf), (minimum,))
 
 
-class AtMost(Between):
+class AtMost(Expectation):
     """A number, or each of several, of `maximum` or less."""
 
     def __init__(self, maximum: float) -> None:
-        super().__init__(-math.inf, maximum)
-
-    @property
-    def expected(self) -> str:
-        return f"≤ {self.maximum:g}"
+        super().__init__(f"≤ {maximum:g}", "none", partial(_are_inside, -math.inf, maximum), (maximum,))
 
 
-@dataclass(frozen=True)
-class Exactly:
+def _are_inside(minimum: float, maximum: float, found: Sequence[float]) -> bool:
+    return bool(found) and all(minimum <= v <= maximum for v in found)
+
+
+class Exactly(Expectation):
     """A count, a fret or a list of frets, exactly."""
 
-    value: int | tuple[int, ...]
-
-    @property
-    def expected(self) -> Value:
-        return self.value if isinstance(self.value, int) else list(self.value)
-
-    tolerance = "exact"
+    def __init__(self, value: int | tuple[int, ...]) -> None:
+        frets = value if isinstance(value, int) else list(value)
+        super().__init__(frets, "exact", lambda found: found == frets)
 
     def holds(self, measured: Value) -> bool:
         return measured == self.expected
 
 
-@dataclass(frozen=True)
-class Nears:
-    """Several numbers, each to a relative tolerance as in `Near`."""
-
-    values: tuple[float, ...]
-    within: float
-
-    @property
-    def expected(self) -> Value:
-        return list(self.values)
-
-    @property
-    def tolerance(self) -> str:
-        return f"± {100 * self.within:.3g} % each"
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        near = (Near(e, self.within).holds(v) for e, v in zip(self.values, found, strict=False))
-        return len(found) == len(self.values) and all(near)
-
-
-@dataclass(frozen=True)
-class Rising:
+class Rising(Expectation):
     """Ascending numbers, each above the previous by more than `minimum` times it."""
 
-    minimum: float = 0.0
+    def __init__(self, minimum: float = 0.0) -> None:
+        def rise(found: list[float]) -> bool:
+            return len(found) > 1 and all(b > a * (1 + minimum) for a, b in pairwise(found))
 
-    expected = "rising"
-
-    @property
-    def tolerance(self) -> str:
-        return f"each over the one before by more than {100 * self.minimum:g} %"
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        return len(found) > 1 and all(b > a * (1 + self.minimum) for a, b in pairwise(found))
+        super().__init__("rising", f"each over the one before by more than {100 * minimum:g} %", rise)
 
 
-@dataclass(frozen=True)
-class Falling:
+class Falling(Expectation):
     """Numbers whose last is below the first, none above the previous by more than `slack` times it."""
 
-    slack: float = 0.0
+    def __init__(self, slack: float = 0.0) -> None:
+        def fall(found: list[float]) -> bool:
+            return len(found) > 1 and all(b <= a * (1 + slack) for a, b in pairwise(found)) and found[-1] < found[0]
 
-    expected = "falling"
-
-    @property
-    def tolerance(self) -> str:
-        return f"the last under the first, none over the one before by more than {100 * self.slack:g} %"
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        steps = all(b <= a * (1 + self.slack) for a, b in pairwise(found))
-        return len(found) > 1 and steps and found[-1] < found[0]
+        said = f"the last under the first, none over the one before by more than {100 * slack:g} %"
+        super().__init__("falling", said, fall)
 
 
-@dataclass(frozen=True)
-class Covers:
+class Covers(Expectation):
     """A measured interval that contains the interval from `start` to `end`."""
 
-    start: float
-    end: float
+    def __init__(self, start: float, end: float) -> None:
+        def cover(found: list[float]) -> bool:
+            return len(found) == 2 and found[0] <= start and end <= found[1]
 
-    @property
-    def expected(self) -> Value:
-        return [self.start, self.end]
-
-    tolerance = "all of it inside"
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        return len(found) == 2 and found[0] <= self.start and self.end <= found[1]
+        super().__init__([start, end], "all of it inside", cover, (start, end))
 
 
-@dataclass(frozen=True)
-class Each:
+class Each(Expectation):
     """Several numbers, each with its own expectation."""
 
-    parts: tuple[Expectation, ...]
+    def __init__(self, parts: tuple[Expectation, ...]) -> None:
+        def hold(found: list[float]) -> bool:
+            return len(found) == len(parts) and all(p.holds(v) for p, v in zip(parts, found, strict=True))
 
-    @property
-    def expected(self) -> str:
-        return ", ".join(str(part.expected) for part in self.parts)
-
-    @property
-    def tolerance(self) -> str:
-        said = [part.tolerance for part in self.parts]
-        return said[0] if len(set(said)) == 1 else ", ".join(said)
-
-    def holds(self, measured: Value) -> bool:
-        found = numbers(measured)
-        return len(found) == len(self.parts) and all(p.holds(v) for p, v in zip(self.parts, found, strict=True))
+        said = dict.fromkeys(part.tolerance for part in parts)
+        super().__init__(", ".join(str(part.expected) for part in parts), ", ".join(said), hold)
 
 
 # The source of a bound.

@@ -14,7 +14,7 @@ import numpy as np
 
 from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.claims import expect
-from livebass.lab.paper.claims.expect import Claim, Expectation, Value, numbers
+from livebass.lab.paper.claims.expect import Claim, Value, numbers
 from livebass.lab.paper.claims.runs import fundamental_at, set_sizes, set_times
 
 DRAWS, SEED = 2000, 1
@@ -33,7 +33,7 @@ def null_of(claim: Claim) -> expect.Null | None:
         return None
     if claim.bound in (expect.PAPER, expect.AXIS) and isinstance(claim.expects, expect.AtLeast | expect.AtMost):
         return None
-    return SHUFFLED if isinstance(claim.expects, expect.Rising | expect.Falling | expect.Each) else SIZES
+    return SIZES if claim.expects.centres else SHUFFLED
 
 
 def null_rate(
@@ -50,7 +50,7 @@ def null_rate(
     if null is None:
         return None
     if between is not None:
-        return float(np.mean([lies_between(row, *between) for row in _random_sizes(centres(claim.expects))]))
+        return float(np.mean([lies_between(row, *between) for row in _random_sizes(claim.expects.centres)]))
     return null.rate(claim, measured, *runs)
 
 
@@ -71,29 +71,17 @@ def _shuffle(claim: Claim, measured: Value, *_: Solved) -> float:
 
 
 def _sizes(claim: Claim, measured: Value, *_: Solved) -> float:
-    middle = centres(claim.expects)
+    middle = claim.expects.centres
     if len(middle) == 1:  # one bound for all numbers
         middle *= len(numbers(measured))
     return float(np.mean([claim.expects.holds(row if len(row) > 1 else row[0]) for row in _random_sizes(middle)]))
 
 
-def _random_sizes(middle: list[float]) -> list[list[float]]:
+def _random_sizes(middle: Sequence[float]) -> list[list[float]]:
     """`DRAWS` rows of numbers from a tenth to ten times `middle`, uniform in the logarithm."""
     rng = np.random.default_rng(SEED)
     found: list[list[float]] = (np.array(middle) * DECADE ** rng.uniform(-1, 1, size=(DRAWS, len(middle)))).tolist()
     return found
-
-
-def centres(expects: Expectation) -> list[float]:
-    """The central numbers of `expects`; for a range, the upper end."""
-    match expects:
-        case expect.Near(expected=value) | expect.AtLeast(minimum=value) | expect.Between(maximum=value):
-            return [value]
-        case expect.Covers(start, end):
-            return [start, end]
-        case expect.Nears(values=values):
-            return list(values)
-    raise TypeError(f"{expects}: has no number to be random about")
 
 
 SHUFFLED = expect.Null("the numbers in random order", _shuffle)

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from livebass.lab.analysis.motion import Solved, modal_energies, state_samples
-from livebass.lab.paper.cases import CASES, Case, raise_fret
+from livebass.lab.analysis.motion import Solved, first_mode, first_of, modal_energies, state_samples, states_of
+from livebass.lab.paper.cases import CASES, Case, raise_fret, soften
 from livebass.lab.paper.solving import Job, solve_all
 from livebass.lab.reference import solver as reference
 from livebass.model import modes
-from livebass.model.instrument import Neck
 from livebass.model.quality import MAX_MODES
 from livebass.model.trial import Motion, Trial
 from livebass.rows.arrays import Floats
@@ -56,29 +55,11 @@ def _with_energy(trial: Trial) -> Motion:
     return reference.solve(trial, energy_every=ENERGY_EVERY)
 
 
-def _far(neck: Neck) -> Neck:
-    """`neck` with its frets 30 mm lower, out of reach."""
-    return replace(neck, fret_heights=tuple(h - 0.03 for h in neck.fret_heights))
-
-
-def _frictionless(neck: Neck) -> Neck:
-    return replace(neck, friction=0.0)
-
-
-def _stiff(stiffness: float) -> Case:
-    """The case of soft frets with another fret stiffness."""
-    return replace(CASES["soft"], neck=lambda neck: replace(neck, contact_stiffness=stiffness))
-
-
 def _finer(points: int) -> Case:
     """Case B on a grid of `points` steps, with one mode fewer, at a rate that carries the highest."""
     rate = 16e6 if points <= FINEST else 24e6
     length = CASES["b"].speaking().length
     return replace(CASES["b"], contact_rate=rate, neck=lambda neck: replace(neck, grid_step=length / points))
-
-
-def _bridge(apex: float) -> Case:
-    return replace(CASES["near-bridge"], apex=apex)
 
 
 B, C = CASES["b"], CASES["c"]
@@ -89,16 +70,14 @@ ENGINE: dict[str, Case] = CASES | {
     "b-finer": _finer(FINEST),
     "b-shapes": replace(B, duration=SHAPE_TIMES[-1]),
     "c-twice": replace(C, contact_rate=32e6, duration=0.4),
-    "c-far": replace(C, contact_rate=512e3, neck=_far),
+    "c-far": replace(  # its frets are 30 mm lower, out of reach
+        C, contact_rate=512e3, neck=lambda neck: replace(neck, fret_heights=tuple(h - 0.03 for h in neck.fret_heights))
+    ),
     "b-tilted": replace(B, angle=math.radians(1)),
     "b-fret-12": replace(B, duration=0.2, neck=raise_fret(12, 1e-4)),
-    "oblique-free": replace(CASES["oblique"], neck=_frictionless),
-    "bridge-1.5": _bridge(1.5e-3),
-    "bridge-2.5": _bridge(2.5e-3),
-    "bridge-5": _bridge(5e-3),
-    "k12": _stiff(1e12),
-    "k11": _stiff(1e11),
-    "k10": _stiff(1e10),
+    "oblique-free": replace(CASES["oblique"], neck=lambda neck: replace(neck, friction=0.0)),
+    **{f"bridge-{mm:g}": replace(CASES["near-bridge"], apex=mm / 1e3) for mm in (1.5, 2.5, 5)},
+    **{f"k{n}": replace(CASES["soft"], neck=soften(10.0**n)) for n in (12, 11, 10)},
 }
 BRUTE: dict[str, tuple[Case, bool]] = {  # the beginning of case B by brute force, with its energy; bool: without losses
     "energy": (B, True),
@@ -137,7 +116,7 @@ HIGH_MODES = 20  # contacts raise the energy of the modes above this one, over 2
 
 def first_contact(run: Solved) -> float:
     """Time of the first contact."""
-    return float(run.contacts.time_s[0]) if run.contacts.time_s.size else math.nan
+    return first_of(run.contacts.time_s)
 
 
 def first_fret(run: Solved) -> int:
@@ -176,11 +155,6 @@ def fret_times(run: Solved, fret: int) -> Floats:
     return run.contacts.time_s[run.contacts.fret == fret]
 
 
-def first_time(times: Floats) -> float:
-    """The first of `times`."""
-    return float(times[0]) if times.size else math.nan
-
-
 def count(run: Solved, start: float, end: float) -> int:
     """Number of contacts from `start` to `end`."""
     t = run.contacts.time_s
@@ -210,8 +184,7 @@ def frets_and_pitch(run: Solved) -> float:
 
 def glide_size(run: Solved) -> float:
     """The greatest variation of the fundamental, relative to the first eigenfrequency (figures 7 and 13)."""
-    first = float(modes.frequencies(run.trial.speaking, 1)[0])
-    return float(np.nanmax(relative_variation(run.pitch.frequency_hz, first)))
+    return float(np.nanmax(relative_variation(run.pitch.frequency_hz, first_mode(run))))
 
 
 def glide_end(run: Solved, part: float) -> float:
@@ -282,9 +255,7 @@ def partial_levels(run: Solved, sound: Floats, partials: int, start: float, end:
 
 def energies(run: Solved) -> Floats:
     """Energy of each mode of u every 10 ms, J, (times, modes)."""
-    states = run.motion.states
-    if states is None:
-        raise ValueError("the run has no states of its modes")
+    states = states_of(run)
     return modal_energies(run.trial.speaking, states[:, 0, 0], states[:, 0, 1])
 
 

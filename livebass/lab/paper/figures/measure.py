@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from livebass.lab.analysis.motion import HOP, WINDOW, Solved, state_samples, string_shape
+from livebass.lab.analysis.motion import HOP, WINDOW, Solved, first_mode, state_samples, string_shape
 from livebass.lab.paper.cases import CASES
 from livebass.lab.paper.figures.study import Findings, Sound, Table, curve
 from livebass.lab.paper.solving import Job
-from livebass.model.modes import frequencies
 from livebass.model.trial import initial_amplitudes
 from livebass.report.text import runs
 from livebass.rows.arrays import Floats
@@ -37,8 +36,7 @@ def spectrum(solved: Solved, across: bool = False) -> Spectrogram:
 
 def variation(solved: Solved) -> tuple[Floats, Floats]:
     """Times, s, and the fundamental by YIN over the first eigenfrequency, minus 1, as in figure 7."""
-    first = float(frequencies(solved.speaking, 1)[0])
-    return solved.pitch.time_s, relative_variation(solved.pitch.frequency_hz, first)
+    return solved.pitch.time_s, relative_variation(solved.pitch.frequency_hz, first_mode(solved))
 
 
 def initial_shape(solved: Solved) -> Floats:
@@ -92,12 +90,6 @@ def sets_table(motions: Mapping[str, Solved], maximum: int = 12) -> Table:
     return Table(
         "contact-sets", f"The first {maximum} sets of contacts: 4 ms without a new one end a set", columns, rows
     )
-
-
-def contacts_table(name: str, solved: Solved) -> Table:
-    """All contacts of a motion."""
-    contacts = solved.contacts
-    return curve(name, "Contacts", time_s=contacts.time_s, fret=contacts.fret, position_m=solved.contact_place)
 
 
 def numbers(solved: Solved) -> dict[str, Any]:
@@ -166,12 +158,13 @@ def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
         )
     time_s, change = variation(solved)
     found.tables.append(curve(f"{name}-pitch", "YIN", time_s=time_s, relative_frequency_variation=change))
-    found.tables.append(contacts_table(f"{name}-contacts", solved))
+    met, where_met = solved.contacts, solved.contact_place
+    found.tables.append(curve(f"{name}-contacts", "Contacts", time_s=met.time_s, fret=met.fret, position_m=where_met))
     found.arrays |= {
         f"{name}_time_s": solved.motion.time_s,
-        f"{name}_contact_time_s": solved.contacts.time_s,
-        f"{name}_contact_fret": solved.contacts.fret,
-        f"{name}_contact_place_m": solved.contact_place,
+        f"{name}_contact_time_s": met.time_s,
+        f"{name}_contact_fret": met.fret,
+        f"{name}_contact_place_m": where_met,
         f"{name}_pitch_time_s": time_s,
         f"{name}_frequency_variation": change,
         f"{name}_initial_u_m": initial_shape(solved),

@@ -109,14 +109,8 @@ def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
         time_s, moved = solved.motion.time_s, solved.displacement()
         panels.displacement(axes["all"], time_s, moved)
         _draw_zooms([axes[k] for k in range(3)], time_s, moved)
-    return Picture(
-        name, f"{_caption_start(motions)}displacement at the sensor, and zooms (figure 4 of the paper)", drawn
-    )
-
-
-def _caption_start(motions: Mapping[str, Solved]) -> str:
-    """The beginning of a caption: the title of a single motion, which its figure does not repeat."""
-    return f"{next(iter(motions))}: " if len(motions) == 1 else "Case by case: "
+    start = next(iter(motions)) if len(motions) == 1 else "Case by case"  # a single title is not in the figure
+    return Picture(name, f"{start}: displacement at the sensor, and zooms (figure 4 of the paper)", drawn)
 
 
 def _draw_zooms(axes: Iterable[Any], time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:

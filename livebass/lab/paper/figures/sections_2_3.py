@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from livebass.lab.analysis.motion import Solved
-from livebass.lab.paper.cases import PRESET
+from livebass.lab.paper.claims.sections_2_3 import LAW, NU, SIGMA
 from livebass.lab.paper.figures import panels
 from livebass.lab.paper.figures.study import Findings, Picture, Table
-from livebass.model.instrument import Speaking, speaking
+from livebass.model.instrument import Speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance
-from livebass.preset.load import load_preset
 from livebass.report.picture import figure
 from livebass.rows.arrays import Floats
 
@@ -25,12 +24,7 @@ TOP_HZ = 8000.0  # of figure 3c
 
 def linear(motions: Mapping[str, Solved]) -> Findings:
     """The study `linear`: figures 1 and 3 and the data in them. Nothing moves."""
-    bass = load_preset(PRESET)
-    string = bass.strings[0]
-    s = speaking(replace(string, measured_frequencies=(), measured_dampings=()), bass.necks[0], 0)
-    count = len(string.measured_frequencies)
-    measured = np.asarray(string.measured_frequencies)
-    measured_q = math.pi * measured / np.asarray(string.measured_dampings)
+    s, count, measured, measured_q = LAW, NU.size, NU, math.pi * NU / SIGMA
     nu, q = frequencies(s, count), quality_factors(s, count)
     without = quality_factors(replace(s, admittance=Admittance()), count)
     rows = {
