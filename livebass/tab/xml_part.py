@@ -30,7 +30,7 @@ from livebass.tab.model import (
     velocity_of,
 )
 from livebass.tab.needs import exact, number
-from livebass.tab.order import JUMPS, sign_of
+from livebass.tab.order import JUMPS, inner_repeats, sign_of
 from livebass.tab.tempos import DEFAULT_TEMPO, FASTEST, SLOWEST
 from livebass.tab.xml_signs import (
     LEADING,
@@ -180,7 +180,9 @@ class Part:
         self.tuning = self._tuning(notes)
 
     def _details(self, details: Any) -> None:
-        tunings = {int(tuning.get("line")): pitch_of(tuning, "tuning-")[0] for tuning in details.iterfind("staff-tuning")}
+        tunings = {
+            int(tuning.get("line")): pitch_of(tuning, "tuning-")[0] for tuning in details.iterfind("staff-tuning")
+        }
         lines = int(details.findtext("staff-lines") or 0) or len(tunings)
         self.capo = int(details.findtext("capo") or self.capo)
         if len(DEFAULT_STRINGS) <= len(tunings) < lines:  # lines beyond the strings: only those with a tuning count
@@ -291,13 +293,13 @@ class Part:
 
     def _count_passes(self) -> None:
         """Repeats that do not say how often they play do it for all of their endings, or as often as words tell."""
-        times = 0
+        times, inner = 0, inner_repeats(self.bars)
         for n, (bar, after) in enumerate(zip_longest(self.bars, self.bars[1:]), 1):
             times = self.times.get(n, 0 if bar.opens else times)
             if bar.plays > 1 and not bar.endings and n not in self.counted and times > 1:
                 bar.plays = times
             times = 0 if bar.plays > 1 else times
-            if bar.plays > 1 and bar.endings and n not in self.counted:
+            if bar.plays > 1 and bar.endings and n not in self.counted and n - 1 not in inner:
                 follows = after is not None and max(after.endings, default=0) > max(bar.endings)
                 bar.plays = max(max(bar.endings) + follows, 2)
 
