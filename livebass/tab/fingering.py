@@ -12,9 +12,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from heapq import nsmallest
+from itertools import accumulate
 from operator import attrgetter
 from typing import NamedTuple
 
+from livebass.tab.model import Bar, Beat, Note
+
+DEFAULT_STRINGS = (28, 33, 38, 43)  # of a bass, for a part without strings of its own
+FIFTH_STRING = 23
+MAX_TIED = 24  # notes back to the one that a tie continues
 BEAM = 24
 FRETS = 20  # of most basses
 TOGETHER = Fraction(1, 32)  # quarter notes by which notes may overlap
@@ -125,3 +131,35 @@ def _chosen(choice: _Choice, note: Sounding, place: tuple[int, int], leads: bool
         origins = {each: on for each, on in origins.items() if each is not note.origin}
         origins |= {note: string} if leads else {}
     return _Choice(cost, choice, place, strings, origins)
+
+
+def place_by_pitch(bars: Sequence[Bar], voices: Sequence[Sequence[Sequence[Beat]]]) -> tuple[int, ...]:
+    """Gives the notes of a track without strings their places, in bars and voices. Their frets are MIDI notes before.
+
+    Returns the notes of the open strings, those of a bass.
+    """
+    notes: list[tuple[Note, Sounding]] = []
+    begins = accumulate((bar.length for bar in bars), initial=Fraction(0))
+    last: dict[int, tuple[Note, Sounding]] = {}  # of each voice
+    for begin, each in zip(begins, voices, strict=False):
+        for number, beats in enumerate(each):
+            for beat in beats:
+                at = begin + beat.at
+                for note in beat.notes:
+                    sounding = Sounding(at, at + beat.length, note.fret)
+                    before = last.get(number)
+                    if before and (before[0].hammer or before[0].slides):
+                        sounding.origin = before[1]
+                    tied = (own for other, own in reversed(notes[-MAX_TIED:]) if own.pitch == note.fret)
+                    if note.tie and (found := next(tied, None)) and abs(found.end - at) < TOGETHER:
+                        sounding = found
+                        sounding.end = at + beat.length
+                    notes.append((note, sounding))
+                if beat.notes:
+                    last[number] = notes[-1]
+    lowest = min((note.fret for note, _ in notes), default=DEFAULT_STRINGS[0])
+    tuning = (FIFTH_STRING, *DEFAULT_STRINGS) if FIFTH_STRING <= lowest < DEFAULT_STRINGS[0] else DEFAULT_STRINGS
+    choose_strings(list(dict.fromkeys(sounding for _, sounding in notes)), tuning)
+    for note, sounding in notes:
+        note.string, note.fret = sounding.place
+    return tuning

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
+from livebass.tab.fingering import place_by_pitch
 from livebass.tab.model import (
     MAX_BARS,
     Bar,
@@ -53,6 +54,7 @@ SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe"}
 HAIRPINS = {"Crescendo": "crescendo", "Decrescendo": "diminuendo"}
 ORNAMENTS = {"UpperMordent": "inverted mordent", "LowerMordent": "mordent", "Turn": "turn",
              "InvertedTurn": "inverted turn"}  # fmt: skip
+MAX_AGAIN = 30_000  # beats and notes beyond those that a file has
 SIMILES = {"Simple": 1, "FirstOfDouble": 2, "SecondOfDouble": 2}  # bars back to the one that sounds
 # The numbers of a bend
 POINTS = (
@@ -75,6 +77,10 @@ class _Reader:
         self.bars, self.voices, self.beats, self.notes, self.rhythms = (
             {each.get("id"): each for each in root.iterfind(f"{table}/*")} for table in tables
         )
+        for note in root.iterfind("Notes/*"):  # some files have two notes of one number: one has string and fret
+            if _is_placed(_properties(note)):
+                self.notes[note.get("id")] = note
+        self.left = len(self.beats) + len(self.notes) + MAX_AGAIN  # beats and notes that may still be made
         self.masters = root.findall("MasterBars/MasterBar")
         if len(self.masters) > MAX_BARS:
             raise UnreadableTab(f"has {len(self.masters)} bars, more than {MAX_BARS}")
@@ -84,7 +90,7 @@ class _Reader:
         bars = [_bar(master) for master in self.masters]
         tracks, staff = [], 0  # staves of all tracks count through
         for track in self.root.iterfind("Tracks/Track"):
-            tracks.append(self._track(track, staff))
+            tracks.append(self._track(track, staff, bars))
             staff += max(len(track.findall("Staves/Staff")), 1)
         if bars and self.root.find("MasterTrack/Anacrusis") is not None:
             whole = [beats[-1].at + beats[-1].length for track in tracks for beats in track.bars[0] if beats]
@@ -95,7 +101,7 @@ class _Reader:
             bar.holds = [_hold(fermata, own, bar) for fermata in master.iterfind("Fermatas/Fermata")]
         return Tab(bars, tracks)
 
-    def _track(self, track: Any, staff: int) -> Track:
+    def _track(self, track: Any, staff: int, lengths: Sequence[Bar]) -> Track:
         own = track.find("Staves/Staff")
         properties = _properties(track if own is None else own)
         tuning = tuple(int(word) for word in _text(properties, "Tuning", ".//Pitches").split())
@@ -104,22 +110,31 @@ class _Reader:
         program = next((int(text) for text in map(track.findtext, places) if text), None)
         midi = track.find("GeneralMidi")
         kind = track.findtext("InstrumentSet/Type") or ("" if midi is None else midi.get("table") or "")
+        drums = any(word in kind.lower() for word in ("drum", "perc"))
         bars: list[list[list[Beat]]] = []
-        opens = [note + capo for note in tuning]
+        opens = None if not tuning and not drums else [note + capo for note in tuning]
         for master in self.masters:
             bar = self.bars[(master.findtext("Bars") or "").split()[staff]]
             back = SIMILES.get(bar.findtext("SimileMark") or "", len(bars) + 1)
             if back <= len(bars):
+                self._count(sum(1 + len(beat.notes) for beats in bars[-back] for beat in beats))
                 bars.append(deepcopy(bars[-back]))
                 continue
             voices = [self._voice(word, opens) for word in (bar.findtext("Voices") or "").split() if word != "-1"]
             bars.append([beats for beats in voices if any(beat.notes for beat in beats)])
         partial = int(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
-        drums = any(word in kind.lower() for word in ("drum", "perc"))
         name, signs = (track.findtext("Name") or "").strip(), ("partial capo",) * partial
-        return Track(name, tuning, capo, program, drums, bars, signs=signs)
+        if opens is None:  # a keyboard's
+            tuning = place_by_pitch(lengths, bars)
+        return Track(name, tuning, capo, program, drums, bars, opens is not None, signs=signs)
 
-    def _voice(self, word: str, opens: list[int]) -> list[Beat]:
+    def _count(self, made: int) -> None:
+        """Counts what is made: a small file can name the same beats again and again."""
+        self.left -= made
+        if self.left < 0:
+            raise UnreadableTab(f"repeats more than {MAX_AGAIN} beats and notes")
+
+    def _voice(self, word: str, opens: list[int] | None) -> list[Beat]:
         at, beats = Fraction(0), list[Beat]()
         waiting: list[tuple[Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
         for each in (self.voices[word].findtext("Beats") or "").split():
@@ -134,15 +149,19 @@ class _Reader:
             at += made.length
         return beats
 
-    def _beat(self, beat: Any, at: Fraction, opens: list[int]) -> Beat:
+    def _beat(self, beat: Any, at: Fraction, opens: list[int] | None) -> Beat:
         properties, dynamic = _properties(beat), beat.findtext("Dynamic") or ""
         notes = [self.notes[word] for word in (beat.findtext("Notes") or "").split()]
         made = Beat(at, self._length(beat.find("Rhythm").get("ref")), [])
+        self._count(1 + len(notes))
         for note in notes:
             own = _properties(note)
-            if "String" in own and "Fret" in own:
-                made.notes.append(_note(note, own, velocity_of(dynamic), opens))
-        if beat.find("DeadSlapped") is not None:
+            if opens is None and (pitch := _pitch(own)) is not None:
+                made.notes.append(_note(note, own, velocity_of(dynamic), (0, pitch), ()))
+            elif opens and _is_placed(own):
+                place = int(_text(own, "String", "String")), int(_text(own, "Fret", "Fret"))
+                made.notes.append(_note(note, own, velocity_of(dynamic), place, opens))
+        if beat.find("DeadSlapped") is not None and opens:
             made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
         tremolo = exact(beat.findtext("Tremolo") or "0")
@@ -244,9 +263,24 @@ def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
     return Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
 
 
-def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]) -> Note:
-    string = int(_text(properties, "String", "String"))
-    made = Note(string, int(_text(properties, "Fret", "Fret")), velocity)
+def _is_placed(properties: dict[str, Any]) -> bool:
+    """True if a note has a string and a fret."""
+    return "String" in properties and "Fret" in properties
+
+
+def _pitch(properties: dict[str, Any]) -> int | None:
+    """The MIDI note of a note without a string, as Guitar Pro 7 or Guitar Pro 6 says it; None: it has none."""
+    if "Midi" in properties:
+        return int(_text(properties, "Midi", "Number"))
+    if "Tone" in properties and "Octave" in properties:
+        return 12 * int(_text(properties, "Octave", "Number")) + int(_text(properties, "Tone", "Step"))
+    return None
+
+
+def _note(note: Any, properties: dict[str, Any], velocity: int, place: tuple[int, int], opens: Sequence[int]) -> Note:
+    """A note on the string and fret `place`, on open strings with these MIDI notes."""
+    string, _ = place
+    made = Note(*place, velocity)
     tie, accent = note.find("Tie"), int(note.findtext("Accent") or 0)
     made.tie = tie is not None and tie.get("destination") == "true"
     made.dead, made.palm = _is_on(properties, "Muted"), _is_on(properties, "PalmMuted")

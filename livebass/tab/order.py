@@ -113,7 +113,7 @@ def inner_repeats(bars: Sequence[Bar]) -> dict[int, int]:
             if bars[close].endings != bar.endings or (close > opens and bars[close].opens):
                 break
             if bars[close].plays > 1:
-                around = bars[max(opens - 1, 0) : opens] + bars[close + 1 : close + 2]
+                around = (*bars[max(opens - 1, 0) : opens], *bars[close + 1 : close + 2])
                 if any(other.endings == bar.endings for other in around):
                     found[close] = opens
                 break

@@ -14,7 +14,7 @@ from typing import Any
 from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.score import tracknames
 from livebass.tab import model
-from livebass.tab.fingering import TOGETHER, Sounding, choose_strings
+from livebass.tab.fingering import DEFAULT_STRINGS, FIFTH_STRING, TOGETHER, Sounding, choose_strings
 from livebass.tab.model import (
     HIGHEST_LOWEST,
     LONGEST,
@@ -46,8 +46,6 @@ from livebass.tab.xml_signs import (
     written_length,
 )
 
-DEFAULT_STRINGS = (28, 33, 38, 43)  # strings of a bass, for a part without strings of its own
-FIFTH_STRING = 23
 LOWEST_STRING = 18  # F#0, of basses with nine strings: a lower one shows that a tab staff has sounding pitches
 MAX_STRINGS = 12
 PERCUSSION = "10"  # channel
