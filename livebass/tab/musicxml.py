@@ -16,6 +16,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import accumulate, groupby
 from typing import Any
 
 from livebass.tab.model import Bar, Tab, UnreadableTab
@@ -24,7 +25,7 @@ from livebass.tab.xml_part import ROUNDING, Part, is_bass
 
 MAX_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
 MAX_DIRECTIONS = 60_000  # with tempos
-MAX_SPLIT = 4  # measures that are one bar
+MAX_PIECES = 3  # measures that are one bar
 # Pieces of the text of a large score
 DESCRIPTION = re.compile(rb"""<score-part\s[^<>]*?id=["'](?P<id>[^"'<>]*).*?</score-part>""", re.DOTALL)
 PART = re.compile(rb"""<part\s[^<>]*?id=["'](?P<id>[^"'<>]*)""")
@@ -115,25 +116,25 @@ def _shorten_upbeat(parts: Sequence[Part]) -> None:
 
 
 def _shorten_pieces(parts: Sequence[Part]) -> None:
-    """Shortens measures that are pieces of one bar: no part fills any, and together they are as long as the bar."""
+    """Shortens measures that are pieces of one bar: no part fills any, and together they are as long as the bar.
+
+    Where all measures are short, none is a piece: their rests are missing.
+    """
     count = min((len(part.bars) for part in parts), default=0)
     filled = [max(part.filled[k] for part in parts) for k in range(count)]
-    lengths = [{part.bars[k].length for part in parts} for k in range(count)]
-    k = 0
-    while k < count:
-        whole = max(lengths[k])
-        last, length = k, Fraction(0)
-        while last < min(k + MAX_SPLIT, count) and lengths[last] == {whole} and 0 < filled[last] < whole - ROUNDING:
-            length, last = length + filled[last], last + 1
-            if length >= whole - ROUNDING:
-                break
-        if last > k + 1 and abs(length - whole) <= ROUNDING:
-            for n in range(k, last):
+    lengths = [max(part.bars[k].length for part in parts) for k in range(count)]
+    short = [0 < own < length - ROUNDING for own, length in zip(filled, lengths, strict=True)]
+    for is_short, group in groupby(range(count), short.__getitem__):
+        pieces = list(group)
+        if not is_short or len(pieces) == count:
+            continue
+        while pieces:
+            sums = list(accumulate(filled[k] for k in pieces[:MAX_PIECES]))
+            number = sums.index(lengths[pieces[0]]) + 1 if lengths[pieces[0]] in sums else 0
+            for k in pieces[:number]:
                 for part in parts:
-                    part.bars[n].length = filled[n]
-            k = last
-        else:
-            k += 1
+                    part.bars[k].length = filled[k]
+            pieces = pieces[number or 1 :]
 
 
 def _merge_parts(parts: Sequence[list[Bar]]) -> list[Bar]:
