@@ -234,8 +234,8 @@ def fundamental(
         minimum: Lowest frequency, Hz.
         maximum: Highest frequency, Hz.
         hop: Time between two frames, s.
-        window: Time over which the difference is summed, s; by default 1 / minimum. A frame is that long plus the longest
-            lag.
+        window: Time over which the difference is summed, s; by default 1 / minimum. A frame is that long plus the
+            longest lag.
         threshold: Of the normalised difference. None takes the deepest dip, for sounds too rough for any threshold and
             limits within an octave.
 

@@ -9,6 +9,21 @@ from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
+from livebass.tab.fingering import place_by_pitch
+from livebass.tab.model import (
+    MAX_BARS,
+    Bar,
+    Beat,
+    Curve,
+    Hold,
+    Note,
+    Tab,
+    Tempo,
+    Track,
+    UnreadableTab,
+    put_graces,
+    velocity_of,
+)
 from livebass.tab.needs import checked_reading, exact, number, parsed_xml
 from livebass.tab.order import sign_of
 
@@ -39,6 +54,7 @@ SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe"}
 HAIRPINS = {"Crescendo": "crescendo", "Decrescendo": "diminuendo"}
 ORNAMENTS = {"UpperMordent": "inverted mordent", "LowerMordent": "mordent", "Turn": "turn",
              "InvertedTurn": "inverted turn"}  # fmt: skip
+MAX_AGAIN = 30_000  # beats and notes beyond those that a file has
 SIMILES = {"Simple": 1, "FirstOfDouble": 2, "SecondOfDouble": 2}  # bars back to the one that sounds
 # The numbers of a bend
 POINTS = (
@@ -47,7 +63,7 @@ POINTS = (
 )  # fmt: skip
 
 
-def read_gpif(data: bytes) -> model.Tab:
+def read_gpif(data: bytes) -> Tab:
     """The piece in a score.gpif. Raises UnreadableTab, or LookupError without defusedxml."""
     root = parsed_xml(data)
     with checked_reading():
@@ -61,16 +77,20 @@ class _Reader:
         self.bars, self.voices, self.beats, self.notes, self.rhythms = (
             {each.get("id"): each for each in root.iterfind(f"{table}/*")} for table in tables
         )
+        for note in root.iterfind("Notes/*"):  # some files have two notes of one number: one has string and fret
+            if _is_placed(_properties(note)):
+                self.notes[note.get("id")] = note
+        self.left = len(self.beats) + len(self.notes) + MAX_AGAIN  # beats and notes that may still be made
         self.masters = root.findall("MasterBars/MasterBar")
-        if len(self.masters) > model.MAX_BARS:
-            raise model.UnreadableTab(f"has {len(self.masters)} bars, more than {model.MAX_BARS}")
+        if len(self.masters) > MAX_BARS:
+            raise UnreadableTab(f"has {len(self.masters)} bars, more than {MAX_BARS}")
         self.lengths: dict[str, Fraction] = {}
 
-    def tab(self) -> model.Tab:
+    def tab(self) -> Tab:
         bars = [_bar(master) for master in self.masters]
         tracks, staff = [], 0  # staves of all tracks count through
         for track in self.root.iterfind("Tracks/Track"):
-            tracks.append(self._track(track, staff))
+            tracks.append(self._track(track, staff, bars))
             staff += max(len(track.findall("Staves/Staff")), 1)
         if bars and self.root.find("MasterTrack/Anacrusis") is not None:
             whole = [beats[-1].at + beats[-1].length for track in tracks for beats in track.bars[0] if beats]
@@ -79,9 +99,9 @@ class _Reader:
         for k, (bar, master) in enumerate(zip(bars, self.masters, strict=True)):
             own = [voices for track in tracks for voices in track.bars[k]]
             bar.holds = [_hold(fermata, own, bar) for fermata in master.iterfind("Fermatas/Fermata")]
-        return model.Tab(bars, tracks)
+        return Tab(bars, tracks)
 
-    def _track(self, track: Any, staff: int) -> model.Track:
+    def _track(self, track: Any, staff: int, lengths: Sequence[Bar]) -> Track:
         own = track.find("Staves/Staff")
         properties = _properties(track if own is None else own)
         tuning = tuple(int(word) for word in _text(properties, "Tuning", ".//Pitches").split())
@@ -90,24 +110,33 @@ class _Reader:
         program = next((int(text) for text in map(track.findtext, places) if text), None)
         midi = track.find("GeneralMidi")
         kind = track.findtext("InstrumentSet/Type") or ("" if midi is None else midi.get("table") or "")
-        bars: list[list[list[model.Beat]]] = []
-        opens = [note + capo for note in tuning]
+        drums = any(word in kind.lower() for word in ("drum", "perc"))
+        bars: list[list[list[Beat]]] = []
+        opens = None if not tuning and not drums else [note + capo for note in tuning]
         for master in self.masters:
             bar = self.bars[(master.findtext("Bars") or "").split()[staff]]
             back = SIMILES.get(bar.findtext("SimileMark") or "", len(bars) + 1)
             if back <= len(bars):
+                self._count(sum(1 + len(beat.notes) for beats in bars[-back] for beat in beats))
                 bars.append(deepcopy(bars[-back]))
                 continue
             voices = [self._voice(word, opens) for word in (bar.findtext("Voices") or "").split() if word != "-1"]
             bars.append([beats for beats in voices if any(beat.notes for beat in beats)])
         partial = int(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
-        drums = any(word in kind.lower() for word in ("drum", "perc"))
         name, signs = (track.findtext("Name") or "").strip(), ("partial capo",) * partial
-        return model.Track(name, tuning, capo, program, drums, bars, signs=signs)
+        if opens is None:  # a keyboard's
+            tuning = place_by_pitch(lengths, bars)
+        return Track(name, tuning, capo, program, drums, bars, opens is not None, signs=signs)
 
-    def _voice(self, word: str, opens: list[int]) -> list[model.Beat]:
-        at, beats = Fraction(0), list[model.Beat]()
-        waiting: list[tuple[model.Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
+    def _count(self, made: int) -> None:
+        """Counts what is made: a small file can name the same beats again and again."""
+        self.left -= made
+        if self.left < 0:
+            raise UnreadableTab(f"repeats more than {MAX_AGAIN} beats and notes")
+
+    def _voice(self, word: str, opens: list[int] | None) -> list[Beat]:
+        at, beats = Fraction(0), list[Beat]()
+        waiting: list[tuple[Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
         for each in (self.voices[word].findtext("Beats") or "").split():
             beat = self.beats[each]
             made = self._beat(beat, at, opens)
@@ -115,23 +144,25 @@ class _Reader:
                 made.length = min(made.length, GRACE)
                 waiting.append((made, beat.findtext("GraceNotes") == "OnBeat"))
                 continue
-            beats += [*model.put_graces(waiting, made), made]
+            beats += [*put_graces(waiting, made), made]
             waiting = []
             at += made.length
         return beats
 
-    def _beat(self, beat: Any, at: Fraction, opens: list[int]) -> model.Beat:
+    def _beat(self, beat: Any, at: Fraction, opens: list[int] | None) -> Beat:
         properties, dynamic = _properties(beat), beat.findtext("Dynamic") or ""
         notes = [self.notes[word] for word in (beat.findtext("Notes") or "").split()]
-        made = model.Beat(at, self._length(beat.find("Rhythm").get("ref")), [])
+        made = Beat(at, self._length(beat.find("Rhythm").get("ref")), [])
+        self._count(1 + len(notes))
         for note in notes:
             own = _properties(note)
-            if "String" in own and "Fret" in own:
-                made.notes.append(_note(note, own, model.velocity_of(dynamic), opens))
-        if beat.find("DeadSlapped") is not None:
-            made.notes = [
-                model.Note(k, 0, model.velocity_of(dynamic), technique="left slap") for k in range(len(opens))
-            ]
+            if opens is None and (pitch := _pitch(own)) is not None:
+                made.notes.append(_note(note, own, velocity_of(dynamic), (0, pitch), ()))
+            elif opens and _is_placed(own):
+                place = int(_text(own, "String", "String")), int(_text(own, "Fret", "Fret"))
+                made.notes.append(_note(note, own, velocity_of(dynamic), place, opens))
+        if beat.find("DeadSlapped") is not None and opens:
+            made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
         tremolo = exact(beat.findtext("Tremolo") or "0")
         vibrato = VIBRATO.get(_text(properties, "VibratoWTremBar", "Strength"), 0.0)
@@ -188,12 +219,12 @@ def _is_on(properties: dict[str, Any], name: str) -> bool:
     return name in properties and properties[name].find("Enable") is not None
 
 
-def _bar(master: Any) -> model.Bar:
+def _bar(master: Any) -> Bar:
     numerator, denominator = map(int, master.findtext("Time").split("/"))
     length = Fraction(4 * numerator, denominator)
     repeat = master.find("Repeat")
     signs = [each.text or "" for each in master.iterfind("Directions/*")]
-    bar = model.Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
+    bar = Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
     if repeat is not None:
         bar.opens = repeat.get("start") == "true"
         bar.plays = max(int(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
@@ -204,9 +235,9 @@ def _bar(master: Any) -> model.Bar:
     return bar
 
 
-def _put_tempos(bars: list[model.Bar], automations: Iterable[Any]) -> None:
+def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
     """Puts the tempos into their bars. A linear one changes until the next."""
-    found: list[tuple[Fraction, model.Bar, model.Tempo, bool]] = []
+    found: list[tuple[Fraction, Bar, Tempo, bool]] = []
     begins = [Fraction(0)]
     for each in bars:
         begins.append(begins[-1] + each.length)
@@ -215,7 +246,7 @@ def _put_tempos(bars: list[model.Bar], automations: Iterable[Any]) -> None:
         if each.findtext("Type") == "Tempo" and 0 <= bar < len(bars):
             value, unit = (each.findtext("Value") or "").split()
             at = exact(each.findtext("Position") or "0").limit_denominator(1000) * bars[bar].length
-            tempo = model.Tempo(at, number(value) * TEMPO_UNITS.get(unit, 1.0))
+            tempo = Tempo(at, number(value) * TEMPO_UNITS.get(unit, 1.0))
             found.append((begins[bar] + at, bars[bar], tempo, each.findtext("Linear") == "true"))
     found.sort(key=lambda row: row[0])
     for k, (begin, own, tempo, linear) in enumerate(found):
@@ -225,16 +256,31 @@ def _put_tempos(bars: list[model.Bar], automations: Iterable[Any]) -> None:
             own.tempos.append(replace(after, at=tempo.at, over=end - begin))
 
 
-def _hold(fermata: Any, voices: Iterable[Sequence[model.Beat]], bar: model.Bar) -> model.Hold:
+def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
     """A fermata: the shortest note that begins there is held, 1.5 to 4 times as long, by its length from 0 to 1."""
     at, length = exact(fermata.findtext("Offset") or "0"), number(fermata.findtext("Length") or "0.5")
     lengths = [beat.length for beats in voices for beat in beats if beat.at == at and beat.notes]
-    return model.Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
+    return Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
 
 
-def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]) -> model.Note:
-    string = int(_text(properties, "String", "String"))
-    made = model.Note(string, int(_text(properties, "Fret", "Fret")), velocity)
+def _is_placed(properties: dict[str, Any]) -> bool:
+    """True if a note has a string and a fret."""
+    return "String" in properties and "Fret" in properties
+
+
+def _pitch(properties: dict[str, Any]) -> int | None:
+    """The MIDI note of a note without a string, as Guitar Pro 7 or Guitar Pro 6 says it; None: it has none."""
+    if "Midi" in properties:
+        return int(_text(properties, "Midi", "Number"))
+    if "Tone" in properties and "Octave" in properties:
+        return 12 * int(_text(properties, "Octave", "Number")) + int(_text(properties, "Tone", "Step"))
+    return None
+
+
+def _note(note: Any, properties: dict[str, Any], velocity: int, place: tuple[int, int], opens: Sequence[int]) -> Note:
+    """A note on the string and fret `place`, on open strings with these MIDI notes."""
+    string, _ = place
+    made = Note(*place, velocity)
     tie, accent = note.find("Tie"), int(note.findtext("Accent") or 0)
     made.tie = tie is not None and tie.get("destination") == "true"
     made.dead, made.palm = _is_on(properties, "Muted"), _is_on(properties, "PalmMuted")
@@ -258,14 +304,14 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]
     return made
 
 
-def _curve(points: list[float | None]) -> model.Curve:
+def _curve(points: list[float | None]) -> Curve:
     """A bend by the numbers of POINTS, in percent of the length and of a whole tone."""
     begin, first, *middles, middle, end, last = points
     curve = [(begin or 0.0, first), *((at, middle) for at in middles if at is not None)]
     return tuple((at / 100, (value or 0.0) / BEND) for at, value in [*curve, (100.0 if end is None else end, last)])
 
 
-def _whammy(beat: Any, properties: dict[str, Any]) -> model.Curve:
+def _whammy(beat: Any, properties: dict[str, Any]) -> Curve:
     """The bend of a tremolo bar; empty without one."""
     if "WhammyBar" in properties:  # in .gpx
         return _curve([_number(properties, f"WhammyBar{name}") for name in POINTS])

@@ -5,8 +5,9 @@ After a jump nothing is repeated, and of several endings the last one is played.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from livebass.tab.model import MAX_BARS, Bar, UnreadableTab
 
@@ -58,6 +59,12 @@ class _Repeat:
 
 def order(bars: Sequence[Bar]) -> list[int]:
     """The numbers of the bars, from 0, as they sound. Raises UnreadableTab for more than MAX_BARS steps."""
+    inner, again = inner_repeats(bars), Counter[int]()
+    plays = {close: bars[close].plays for close in inner}
+    bars = [
+        replace(bar, opens=bar.opens and k not in inner.values(), plays=1 if k in inner else bar.plays)
+        for k, bar in enumerate(bars)
+    ]
     endings, closes, played = _endings(bars), _closes(bars), list[int]()
     active = list[_Repeat]()
     goal: str | None = None  # after a jump: where to go on
@@ -75,6 +82,11 @@ def order(bars: Sequence[Bar]) -> list[int]:
             heard = not (active and endings[at]) or active[-1].turn(at) in endings[at]
         if heard:
             played.append(at)
+        if heard and goal is None and again[at] + 1 < plays.get(at, 1):
+            again[at] += 1
+            at = inner[at]
+            continue
+        again[at] = 0
         jump = _jump(bars, at, goal, jumped)
         if jump is not None:
             (at, goal), active = jump, []
@@ -89,6 +101,23 @@ def order(bars: Sequence[Bar]) -> list[int]:
                 active.pop()
         at += 1
     return played
+
+
+def inner_repeats(bars: Sequence[Bar]) -> dict[int, int]:
+    """The repeats within an ending: the opening bar by the closing one. They are played each time it is."""
+    found = {}
+    for opens, bar in enumerate(bars):
+        if not (bar.opens and bar.endings):
+            continue
+        for close in range(opens, len(bars)):
+            if bars[close].endings != bar.endings or (close > opens and bars[close].opens):
+                break
+            if bars[close].plays > 1:
+                around = (*bars[max(opens - 1, 0) : opens], *bars[close + 1 : close + 2])
+                if any(other.endings == bar.endings for other in around):
+                    found[close] = opens
+                break
+    return found
 
 
 def _endings(bars: Sequence[Bar]) -> list[frozenset[int]]:

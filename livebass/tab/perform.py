@@ -39,6 +39,7 @@ MAX_FRET = 36
 FADES: dict[str, model.Curve] = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
                            "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip  # signs of a beat
 MAX_STROKES = 20_000
+MAX_BEATS = 200_000  # as played
 PARTIALS = range(2, 9)
 NEAR_NODE = 0.35  # frets
 
@@ -104,6 +105,8 @@ def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Pe
     for number in played:
         begins.append((at, number))
         at += tab.bars[number].length
+    if sum(map(ceil, (tab.bars[number].length / tab.bars[number].beat for number in played))) > MAX_BEATS:
+        raise UnreadableTab(f"has more than {MAX_BEATS} beats")
     holds = [(begin, hold) for begin, number in begins for hold in tab.bars[number].holds]
     performer = _Performer(Tempos(_tempos(tab.bars, begins), holds))
     performer.lacks.update(track.signs)
@@ -113,7 +116,9 @@ def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Pe
             performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
     for string in sorted(strings):
         if 0 <= string < len(track.tuning):
-            performer.play_string(_join_ties(strings[string]))
+            joined, lost = _join_ties(strings[string])
+            performer.lacks.update(["note on a string that plays another"] * lost)
+            performer.play_string(joined)
         else:
             performer.lacks["note beyond the strings"] += len(strings[string])
     strokes = sorted(performer.strokes, key=lambda stroke: (stroke.time, stroke.string))
@@ -148,18 +153,23 @@ def _swung(at: Fraction, swing: tuple[Fraction, Fraction] | None) -> Fraction:
     return at - rest + late
 
 
-def _join_ties(notes: list[_Written]) -> list[_Written]:
-    """The notes of a string in order: ties joined, and of notes that begin together only the longest."""
-    found: list[_Written] = []
+def _join_ties(notes: list[_Written]) -> tuple[list[_Written], int]:
+    """The notes of a string in order: ties joined, and of notes that begin together only the longest.
+
+    Also returns how many others are lost, on other frets.
+    """
+    found, lost = list[_Written](), 0
     for written in sorted(notes, key=lambda each: (each.begin, -each.end)):
         before = found[-1] if found else None
         tied = written.note.tie and not written.note.graces
         if before and tied and written.note.fret == before.note.fret and written.begin - before.end < TOGETHER:
             before.end, before.bar_end = max(before.end, written.end), written.bar_end
             before.ties.append(written)
-        elif not (before and before.begin == written.begin):
+        elif before and before.begin == written.begin:
+            lost += written.note.fret != before.note.fret
+        else:
             found.append(written)
-    return found
+    return found, lost
 
 
 def _tuplet(length: Fraction) -> Fraction:

@@ -268,6 +268,8 @@ def _bass(
 ) -> tuple[str, dict[str, str], Instrument]:
     """The preset that plays a track, its options as a take stores them, and its bass."""
     strings = len(track.tuning)
+    if not strings:
+        raise UnreadableTab(f'track "{track.name}" has no strings')
     by_program = PROGRAMS.get((track.program if track.program is not None else -1) + 1)
     default = [by_program] if strings == 4 and by_program else []
     default += [name for count, name in BASSES.items() if count >= strings]

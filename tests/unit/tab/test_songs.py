@@ -393,8 +393,8 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
     ),
     "a tempo of another part, later than its place": (
         scored(plain("G", 2, 4) + plain("A", 2, 4)).replace(
-            "</score-partwise>", "<part id='Q'><measure><direction><direction-type/><offset>2</offset>"
-            "<sound tempo='60'/></direction></measure></part></score-partwise>"),
+            "</score-partwise>", "<part id='Q'><measure><direction><direction-type/><offset sound='yes'>2"
+            "</offset><sound tempo='60'/></direction></measure></part></score-partwise>"),
         [(0, 3, 0), (1.5, 3, 2)],
     ),
     "divisions in another part only": (
@@ -443,7 +443,7 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
     ),
     "bars without a signature": (
         scored(plain("G", 2, 8), "<attributes><time><senza-misura/></time></attributes>" + plain("A", 2, 2),
-               plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4), plain("A", 2, 4)),
+               plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4) + "<forward><duration>4</duration></forward>", plain("A", 2, 4)),
         [(0, 3, 0), (2, 3, 2), (2.5, 3, 4), (3, 3, 2), (4, 3, 4), (6, 3, 2)],
     ),
     "notes without a duration": (
