@@ -106,7 +106,7 @@ def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Pe
         begins.append((at, number))
         at += tab.bars[number].length
     if sum(map(ceil, (tab.bars[number].length / tab.bars[number].beat for number in played))) > MAX_BEATS:
-        raise UnreadableTab(f"has more than {MAX_BEATS} beats")
+        raise model.UnreadableTab(f"has more than {MAX_BEATS} beats")
     holds = [(begin, hold) for begin, number in begins for hold in tab.bars[number].holds]
     performer = _Performer(Tempos(_tempos(tab.bars, begins), holds))
     performer.lacks.update(track.signs)

@@ -1,11 +1,11 @@
 """The noise floor of a bass: the noise of its electronics and the hum of its coils. It follows the volume but no note.
 
 It belongs to the whole bass, so no string has to stay awake for it. `mix.mix_strings` and `Engine` add it to the lowest
-string's signal, so the strings' signals add up to the mix. It opens with the first frame in which a string is louder than OPENS, stays for
-HOLD after the last such frame, through rests, and fades within FADE: a bass that nobody plays is silent. When a panic
-cuts the strings, it fades without HOLD. It depends only on the frame and the strings' signals, random numbers included,
-so block sizes do not matter. Checks for sounding strings ignore it: it prolongs no tail. When another bass has taken
-over, it fades at once.
+string's signal, so the strings' signals add up to the mix. It opens with the first frame in which a string is louder
+than OPENS, stays for HOLD after the last such frame, through rests, and fades within FADE: a bass that nobody plays is
+silent. When a panic cuts the strings, it fades without HOLD. It depends only on the frame and the strings' signals,
+random numbers included, so block sizes do not matter. Checks for sounding strings ignore it: it prolongs no tail. When
+another bass has taken over, it fades at once.
 
 The hum is the mains' frequency with harmonics up to HARMONICS. Harmonic k has the amplitude 1 / k if it is odd, and
 EVEN / k if it is even: an estimate. [audio thread]
