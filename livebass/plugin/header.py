@@ -98,7 +98,7 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
     (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
 )  # fmt: skip
-KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
+KINDS = ("NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
 NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
     **{f"LB_KIND_{name}": getattr(words, name) for name in KINDS},

@@ -231,8 +231,9 @@ static size_t add_count(char *line, size_t room, size_t end, int64_t count, cons
 }
 
 static size_t add_note_name(char *line, size_t room, size_t end, int64_t key) {
-    static const char names[12][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-    return lb_append(line, room, end, "%s%d", names[key % 12], (int)key / 12 - 1);
+    char name[LB_NOTE_NAME];
+    lb_note_name((int)key, name);
+    return lb_append(line, room, end, "%s", name);
 }
 
 void lb_describe_part(const lb_score *s, int64_t number, char *text, size_t room) {

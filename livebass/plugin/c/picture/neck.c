@@ -23,12 +23,6 @@ static const body bodies[] = {
 #define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
-static const char notes[][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-void lb_note_name(int key, char text[16]) {
-    if (key < 0 || key > 127) *text = 0;
-    else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
-}
-
 int lb_fret_held(const lb_picture *p, int string) {
     const LB_STRING_LOOK *l = &look_of(p)->string[string];
     if (l->state == LB_FREE) return -1;
@@ -494,7 +488,7 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
 /* Draws the notes' names where fingers hold them. */
 static void draw_names(lb_picture *p, lb_sheet *s) {
     const LB_LOOK *l = look_of(p);
-    char text[16];
+    char text[LB_NOTE_NAME];
     for (int i = 0; i < l->strings; i++) {
         const int fret = lb_fret_held(p, i);
         if (fret < 1) continue;
