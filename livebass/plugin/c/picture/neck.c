@@ -3,8 +3,7 @@
 
 #include <stdio.h>
 
-enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
-enum { STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
+enum { METAL_DARK = 0xFF6E6960, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
 
 /* A family's body. Lengths are parts of the body's, heights of half its height; two values: the side of the lowest
    string, below, and the other one. */
