@@ -6,7 +6,6 @@
 #include "instance/song.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,15 +27,6 @@ static void begin_audio(lb_instance *i) {
 void lb_complain(void *owner, const char *line) {
     (void)owner;
     fprintf(stderr, "livebass: %s\n", line);
-}
-
-void lb_log(const lb_instance *i, const char *form, ...) {
-    char line[LINE];
-    va_list more;
-    va_start(more, form);
-    vsnprintf(line, sizeof line, form, more);
-    va_end(more);
-    i->complain(i->owner, line);
 }
 
 int lb_open_instance(lb_instance *i, const char *folder) {

@@ -173,8 +173,6 @@ typedef struct {
 /* --- of instance.c --- */
 
 void lb_complain(void *owner, const char *line); /* writes to the standard error stream, for hosts without a log */
-/* Writes a line into the host's log. [any thread] */
-__attribute__((format(printf, 2, 3))) void lb_log(const lb_instance *, const char *form, ...);
 /* Opens the instrument shelf. Returns 0 after a line in the log if it is empty. [main thread] */
 int lb_open_instance(lb_instance *, const char *folder);
 void lb_close_instance(lb_instance *);
@@ -201,6 +199,8 @@ void lb_serve(lb_instance *);
 
 /* --- of values.c --- */
 
+/* Writes a line into the host's log. [any thread] */
+__attribute__((format(printf, 2, 3))) void lb_log(const lb_instance *, const char *form, ...);
 double lb_value(const lb_instance *, int parameter);
 void lb_read_values(const lb_instance *, double to[LB_PARAMETERS]); /* all of them */
 int lb_bass_number(const lb_instance *, double bass); /* of the bass that plays: beyond the only one that one */

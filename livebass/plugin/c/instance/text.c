@@ -50,12 +50,6 @@ void lb_write_number(char to[LB_NUMERAL], double value) {
     }
 }
 
-void lb_note_name(int key, char text[LB_NOTE_NAME]) {
-    static const char notes[12][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-    if (key < 0 || key > 127) *text = 0;
-    else snprintf(text, LB_NOTE_NAME, "%s%d", notes[key % 12], key / 12 - 1);
-}
-
 /* Takes a parameter's value; returns its fault. */
 static const char *take_value(lb_kept *to, const char *symbol, const char *text) {
     const int k = lb_parameter_called(symbol);

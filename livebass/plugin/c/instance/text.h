@@ -4,10 +4,9 @@
 #include "system/files.h"
 #include "instance/instance.h"
 
-enum { LB_NUMERAL = 40, LB_NOTE_NAME = 16 }; /* bytes in a number as text, and in a note's name */
+enum { LB_NUMERAL = 40 }; /* bytes in a number as text */
 int lb_read_number(const char *text, double *to); /* reads a whole text as a decimal number; 0: it is not one */
 void lb_write_number(char to[LB_NUMERAL], double); /* with the fewest digits that identify it */
-void lb_note_name(int key, char text[LB_NOTE_NAME]); /* "": there is no such key */
 char *lb_trimmed(char *line);   /* cuts white space and unquoted `#` comments off; returns its beginning */
 char *lb_unquoted(char *value); /* takes the quotes off; 0: it has none */
 /* Decodes an address's escapes, in place; `plus`: a + stands for a space. */

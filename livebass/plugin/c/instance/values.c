@@ -1,10 +1,20 @@
-/* An instance's parameter values, and their texts. */
+/* An instance's parameter values, and their texts; and the host's log. */
 #include "instance/instance.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+void lb_log(const lb_instance *i, const char *form, ...) {
+    char line[1600];
+    va_list more;
+    va_start(more, form);
+    vsnprintf(line, sizeof line, form, more);
+    va_end(more);
+    i->complain(i->owner, line);
+}
 
 double lb_value(const lb_instance *i, int parameter) {
     double value;

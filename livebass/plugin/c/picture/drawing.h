@@ -1,7 +1,6 @@
 /* Shared by the parts of the picture: colours, measures, state, and where places of the neck are drawn. */
 #ifndef LB_DRAWING_H
 #define LB_DRAWING_H
-#include "instance/text.h"
 #include "picture/paint.h"
 #include "picture/picture.h"
 
@@ -172,6 +171,7 @@ void lb_copy_area(const lb_picture *, lb_area);
 
 /* --- of neck.c --- */
 
+const char *lb_note_name(int key); /* "": there is no such key */
 /* The fret at which a string is held; 0: open; -1: not held. */
 int lb_fret_held(const lb_picture *, int string);
 /* Draws a note's name as high as its lane allows. */
@@ -231,7 +231,6 @@ typedef struct {
     void (*wheel)(lb_picture *, const part *, const hand *);
     int pointer; /* its shape over the part; LB_POINTER_ACROSS: it moves the parameter with the part's number */
     const char *tip; /* 0: it has none; parts of a parameter have its tip */
-    const char *label; /* on a button */
 } lb_kind;
 extern const lb_kind lb_kinds[KINDS];
 void lb_change(const lb_picture *, int parameter, double value); /* at once */

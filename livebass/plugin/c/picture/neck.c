@@ -22,6 +22,8 @@ static const body bodies[] = {
 #define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
+const char *lb_note_name(int key) { return key < 0 || key > 127 ? "" : lb_note_names[key]; }
+
 int lb_fret_held(const lb_picture *p, int string) {
     const LB_STRING_LOOK *l = &look_of(p)->string[string];
     if (l->state == LB_FREE) return -1;
@@ -487,11 +489,10 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
 /* Draws the notes' names where fingers hold them. */
 static void draw_names(lb_picture *p, lb_sheet *s) {
     const LB_LOOK *l = look_of(p);
-    char text[LB_NOTE_NAME];
     for (int i = 0; i < l->strings; i++) {
         const int fret = lb_fret_held(p, i);
         if (fret < 1) continue;
-        lb_note_name((int)l->string[i].open + fret, text);
+        const char *text = lb_note_name((int)l->string[i].open + fret);
         const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
         const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
         lb_draw_name(p, s, x, lane_at(p, i, x), text, 1);

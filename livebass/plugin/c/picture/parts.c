@@ -295,8 +295,7 @@ static void press_enlarged(lb_picture *p, const part *q, const hand *h) {
 }
 
 static void draw_name(lb_picture *p, const part *q) {
-    char text[MAX_TEXT];
-    lb_note_name((int)look_of(p)->string[q->number].open, text);
+    const char *text = lb_note_name((int)look_of(p)->string[q->number].open);
     lb_draw_name(p, &p->ground, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
 }
 
@@ -559,7 +558,10 @@ static void draw_button(lb_picture *p, const part *q, const char *text, int lit,
 }
 
 static void draw_labelled(lb_picture *p, const part *q) {
-    draw_button(p, q, lb_kinds[q->kind].label, q->kind == UPDATE, is_hot(p, q));
+    static const char *const labels[KINDS] = {
+        [UNDO] = "Undo", [COPY] = "Copy", [SAVE] = "Save", [PASTE] = "Paste", [UPDATE] = "Update",
+    };
+    draw_button(p, q, labels[q->kind], q->kind == UPDATE, is_hot(p, q));
 }
 
 /* Undoes the last change, and names it: it may be on another page. */
@@ -791,11 +793,11 @@ const lb_kind lb_kinds[KINDS] = {
     [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND, "Magnification of the strings' motion."},
     [ENLARGED] = {draw_enlarged, mix_enlarged, press_enlarged, 0, wheel_enlarged, HAND, "Zoom of all windows of livebass."},
     [NAME] = {.draw = draw_name, .state = mix_name},
-    [UNDO] = {draw_labelled, 0, press_undo, 0, 0, HAND, "Undo the last change.", "Undo"},
+    [UNDO] = {draw_labelled, 0, press_undo, 0, 0, HAND, "Undo the last change."},
     [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND, "Two sets of values to compare."},
-    [COPY] = {draw_labelled, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one.", "Copy"},
-    [SAVE] = {draw_labelled, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save.", "Save"},
-    [PASTE] = {draw_labelled, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard.", "Paste"},
+    [COPY] = {draw_labelled, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one."},
+    [SAVE] = {draw_labelled, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save."},
+    [PASTE] = {draw_labelled, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard."},
     [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND, "Press to load it. Right-click twice to delete it."},
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
     [SEARCHED] = {.draw = draw_search, .state = mix_search, .wheel = wheel_list},
@@ -803,8 +805,7 @@ const lb_kind lb_kinds[KINDS] = {
     [RESPONSE] = {draw_response, mix_response, press_response, 0, 0, HAND,
                   "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
     [UPDATE] = {draw_labelled, 0, press_update, 0, 0, HAND,
-                "The bass has changed since your session was saved, and plays as it did. Press to take the new one.",
-                "Update"},
+                "The bass has changed since your session was saved, and plays as it did. Press to take the new one."},
     [SONG_BUTTON] = {draw_song_button, mix_song_button, press_song, 0, 0, HAND,
                      "Play or stop the file, or play it again and again."},
     [SONG_LINE] = {.draw = draw_song_line, .state = mix_song_line, .tip = "Your session does not keep the file."},
