@@ -46,7 +46,7 @@ from livebass.rows.techniques import (
     TECHNIQUE_ROWS,
     event,
 )
-from livebass.rows.units import pitch_name
+from livebass.rows.units import note_name, pitch_name
 from livebass.score import tracknames
 from livebass.score.reading import TAKE
 from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS
@@ -98,7 +98,7 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
     (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
 )  # fmt: skip
-KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
+KINDS = ("NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
 NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
     **{f"LB_KIND_{name}": getattr(words, name) for name in KINDS},
@@ -169,6 +169,7 @@ def header(levels: Iterable[str]) -> str:
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
     lines += _table("char *const lb_groups[LB_GROUPS]", [", ".join(map(json.dumps, GROUPS))])  # of parameters
+    lines += _table("char lb_note_names[128][5]", [", ".join(json.dumps(note_name(key)) for key in range(128))])
     lines += _table("char *const lb_outputs[LB_STRINGS]", [", ".join(map(json.dumps, OUTPUTS))])  # one per string
     rows = ", ".join(f"{{{number - 1}, {json.dumps(preset)}}}" for number, preset in PROGRAMS.items())
     lines += ["typedef struct {", "    int number;", "    const char *preset;", "} lb_program;"]

@@ -315,7 +315,7 @@ class Picture:
         optional: Iterable[str] = (),
     ) -> None:
         self.host, self.scale, self.dark, self.seconds = host, scale, True, 0.0
-        self.values = {p.number: p.default_value for p in PARAMETERS}
+        self.values = {p.number: p.default for p in PARAMETERS}
         self.sets: list[tuple[int, float, int]] = []
         self.notes: list[tuple[int, int, int]] = []
         self.look = host.look if host else library().new_looks()

@@ -457,10 +457,6 @@ int lb_set(lb_synth *s, int64_t offset, int parameter, double value) {
     return p->kind < 0 || control(s, offset, p->kind, p->number, p->number + 1, value);
 }
 
-int lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
-    return control(s, offset, LB_KIND_STRING_BEND, string, LB_STRINGS, semitones);
-}
-
 /* Encodes a channel's key for events. */
 static int of_channel(int channel, int key) { return key < 0 ? key : key | (channel + 1) << LB_VALUE_BIT; }
 
@@ -609,10 +605,14 @@ struct lb_shelf {
     place places[LB_MAX_BASSES];
 };
 
-static const details *details_of(const lb_shelf *s, int k) { return __atomic_load_n(&s->places[k].now, __ATOMIC_ACQUIRE); }
+int lb_shelf_count(const lb_shelf *s) { return __atomic_load_n(&s->count, __ATOMIC_ACQUIRE); }
+
+/* The details of the bass that plays; 0 beyond the last one. */
+static const details *details_of(const lb_shelf *s, int k) {
+    return k < lb_shelf_count(s) ? __atomic_load_n(&s->places[k].now, __ATOMIC_ACQUIRE) : 0;
+}
 
 const char *lb_shelf_folder(const lb_shelf *s) { return s->folder; }
-int lb_shelf_count(const lb_shelf *s) { return __atomic_load_n(&s->count, __ATOMIC_ACQUIRE); }
 const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; }
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
 void lb_close_shelf(lb_shelf *s) {

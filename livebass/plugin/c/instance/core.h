@@ -79,8 +79,6 @@ void lb_send_everywhere(lb_synth *, int64_t offset, int controller, int value);
    neither lost nor late. They return 0 for a value not taken: send the last one again in the next block. */
 /* Sets a parameter if an event of the synth can set it, else does nothing. */
 int lb_set(lb_synth *, int64_t offset, int parameter, double value);
-/* Bends one string, counted from 0, in addition to the wheel, until the controllers are reset. */
-int lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
 /* Bends the string that last played a channel's (0 to 15) key, until it plays another note. */
 int lb_bend_note(lb_synth *, int64_t offset, int channel, int key, double semitones);
 /* Sets the vibrato, 0 to 1, of the string that last played a channel's key, until it plays another note. */

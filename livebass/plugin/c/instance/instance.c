@@ -30,7 +30,6 @@ void lb_complain(void *owner, const char *line) {
 }
 
 int lb_open_instance(lb_instance *i, const char *folder) {
-    char line[LINE];
     i->kernels = lb_best_kernels();
     i->shelf = lb_open_shelf(folder);
     for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_default(i, k);
@@ -38,8 +37,7 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     lb_join_master();
     i->joined = 1;
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
-    snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
-    i->complain(i->owner, line);
+    lb_log(i, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     lb_close_instance(i);
     return 0;
 }
@@ -74,7 +72,7 @@ static int64_t wish(const lb_instance *i) {
         sum = (sum ^ (value == 0 ? 0 : bits)) * 0x9E3779B97F4A7C15u;
         sum ^= sum >> 29;
     }
-    sum ^= lb_kept_sum(i->shelf, lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0);
+    sum ^= lb_kept_sum(i->shelf, lb_bass_number(i, lb_value(i, LB_BASS)));
     const uint64_t plain = (uint64_t)seed_of(i) << 16 | (uint64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
                            (uint64_t)lb_value(i, LB_QUALITY) << 8 | (uint64_t)lb_value(i, LB_BASS);
     return (int64_t)(plain ^ (sum ^ __atomic_load_n(&i->response_sum, __ATOMIC_ACQUIRE)) << 16);

@@ -199,7 +199,11 @@ void lb_serve(lb_instance *);
 
 /* --- of values.c --- */
 
+/* Writes a line into the host's log. [any thread] */
+__attribute__((format(printf, 2, 3))) void lb_log(const lb_instance *, const char *form, ...);
 double lb_value(const lb_instance *, int parameter);
+void lb_read_values(const lb_instance *, double to[LB_PARAMETERS]); /* all of them */
+int lb_bass_number(const lb_instance *, double bass); /* of the bass that plays: beyond the only one that one */
 int lb_parameter_called(const char *symbol); /* by its symbol or an older one; -1: none but the bass, which has a name */
 int lb_is_slider(int parameter); /* on the bench: it changes the bass */
 /* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the usual value. */

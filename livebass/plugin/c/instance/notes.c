@@ -56,9 +56,7 @@ void lb_tell_notes(lb_instance *i) {
 }
 
 int lb_is_left_out(const lb_instance *i, int channel, int key) {
-    const int bass = (int)lb_value(i, LB_BASS);
-    if (!lb_leaves_out(channel, key)) return 0;
-    return bass >= lb_shelf_count(i->shelf) || !lb_shelf_switch(i->shelf, bass, key);
+    return lb_leaves_out(channel, key) && !lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key);
 }
 
 /* --- selecting notes --- */

@@ -230,11 +230,6 @@ static size_t add_count(char *line, size_t room, size_t end, int64_t count, cons
     return lb_append(line, room, end, ", %lld %s", (long long)count, count == 1 ? one : several);
 }
 
-static size_t add_note_name(char *line, size_t room, size_t end, int64_t key) {
-    static const char names[12][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-    return lb_append(line, room, end, "%s%d", names[key % 12], (int)key / 12 - 1);
-}
-
 void lb_describe_part(const lb_score *s, int64_t number, char *text, size_t room) {
     const LB_LISTED part = listed(s, number);
     char name[LB_NAME_BYTES];
@@ -247,8 +242,8 @@ void lb_describe_part(const lb_score *s, int64_t number, char *text, size_t room
     for (int64_t k = 0; !part.drums && k < part.programs; k++)
         end = lb_append(text, room, end, " %d", part.program[k] + 1);
     end = add_count(text, room, end, part.notes, "note, ", "notes, ");
-    end = add_note_name(text, room, end, part.lowest);
-    if (part.highest != part.lowest) end = add_note_name(text, room, lb_append(text, room, end, " to "), part.highest);
+    end = lb_append(text, room, end, "%s", lb_note_names[part.lowest]);
+    if (part.highest != part.lowest) end = lb_append(text, room, end, " to %s", lb_note_names[part.highest]);
     lb_append(text, room, end, ")");
 }
 

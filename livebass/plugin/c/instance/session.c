@@ -11,7 +11,7 @@
 
 #define OLD "LBSTATE\n" /* before format 1 */
 #define SUM "sum = "
-enum { LINE = 1600, SUM_BYTES = sizeof SUM + 17, MAX_UNKNOWN = 8192, NAMED = 200 };
+enum { SUM_BYTES = sizeof SUM + 17, MAX_UNKNOWN = 8192, NAMED = 200 };
 static const size_t WORDS = 1 << 16; /* bytes for all but files */
 
 static const char *const sides[] = {"A", "B"};
@@ -284,15 +284,8 @@ static const char *check(const char *text, size_t count, char why[NAMED]) {
 
 /* Says what of a state was not taken as it is. */
 static void say(const lb_instance *i, const reading *r) {
-    char line[LINE];
-    if (*r->strange) {
-        snprintf(line, sizeof line, "the session's state: kept, but unknown to livebass " LB_RELEASE ": %s", r->strange);
-        i->complain(i->owner, line);
-    }
-    if (*r->held) {
-        snprintf(line, sizeof line, "the session's state: held within the limits: %s", r->held);
-        i->complain(i->owner, line);
-    }
+    if (*r->strange) lb_log(i, "the session's state: kept, but unknown to livebass " LB_RELEASE ": %s", r->strange);
+    if (*r->held) lb_log(i, "the session's state: held within the limits: %s", r->held);
 }
 
 /* Reads a state's words, `text` with a final zero, which it changes; returns the fault. */
@@ -330,7 +323,7 @@ static const char *parse(const lb_instance *i, char *text, lb_kept *to) {
 }
 
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
-    char line[LINE], fault[NAMED];
+    char fault[NAMED];
     lb_kept kept = {0};
     char *text = malloc(count + 1);
     const char *why = text ? 0 : "has no memory";
@@ -348,7 +341,6 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     lb_free_response(kept.response);
     free(kept.instrument);
     free(kept.unknown);
-    snprintf(line, sizeof line, "the session's state %s", why);
-    i->complain(i->owner, line);
+    lb_log(i, "the session's state %s", why);
     return 0;
 }

@@ -61,14 +61,9 @@ static uint32_t range_word(int64_t lowest, int64_t highest) {
     return (uint32_t)(lowest & 0xFF) | (uint32_t)(highest & 0xFF) << 8;
 }
 
-static int bass_of(const lb_instance *i) {
-    const int bass = (int)lb_value(i, LB_BASS);
-    return bass < lb_shelf_count(i->shelf) ? bass : 0;
-}
-
 /* The lowest and the highest key, in one word, of the bass that plays; before, of the chosen one. */
 static uint32_t range_of(const lb_instance *i) {
-    const LB_INSTRUMENT *own = lb_shelf_instrument(i->shelf, bass_of(i));
+    const LB_INSTRUMENT *own = lb_shelf_instrument(i->shelf, lb_bass_number(i, lb_value(i, LB_BASS)));
     const uint32_t range = __atomic_load_n(&i->song_range, __ATOMIC_RELAXED);
     int64_t high = 0;
     for (int k = 0; own && k < own->strings; k++) high = own->open_note[k] > high ? own->open_note[k] : high;
@@ -76,7 +71,7 @@ static uint32_t range_of(const lb_instance *i) {
 }
 
 static void find_keys(const lb_instance *i, lb_keys *keys) {
-    const int bass = bass_of(i);
+    const int bass = lb_bass_number(i, lb_value(i, LB_BASS));
     const LB_INSTRUMENT *own = lb_shelf_instrument(i->shelf, bass);
     const uint32_t range = range_of(i);
     memset(keys, 0, sizeof *keys);
@@ -90,7 +85,7 @@ static void find_keys(const lb_instance *i, lb_keys *keys) {
 
 /* A word for all that a song depends on; never 0. */
 static uint64_t wish(const lb_instance *i) {
-    const int bass = bass_of(i);
+    const int bass = lb_bass_number(i, lb_value(i, LB_BASS));
     const uint64_t plain = (uint64_t)lrint(i->rate) << 32 | (uint64_t)bass << 16 | range_of(i);
     return (plain ^ lb_kept_sum(i->shelf, bass) << 1) | 1ull << 63;
 }

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 1600, MAX_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
+enum { MAX_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
 
 struct lb_sound {
     char name[LB_FILE_NAME];
@@ -30,9 +30,7 @@ static int path_of(const lb_instance *i, const lb_sound *s, char path[LB_PATH]) 
 }
 
 static void say(const lb_instance *i, const char *path, const char *why) {
-    char line[LINE];
-    snprintf(line, sizeof line, "%s: the sound %s", path, why);
-    i->complain(i->owner, line);
+    lb_log(i, "%s: the sound %s", path, why);
 }
 
 /* Makes a response's path one from a folder, the first bytes of `path`, on. */
@@ -159,7 +157,7 @@ const char *lb_take_dropped(lb_instance *i, const char *text) {
 
 const char *lb_take_text(lb_instance *i, const char *text) {
     static const char *const files[] = {".wav", ".mid", ".midi", ".kar", ".rmi"};
-    char line[LINE], folder[LB_PATH], path[LB_PATH];
+    char folder[LB_PATH], path[LB_PATH];
     lb_kept kept;
     copy_path(text, path);
     for (size_t k = 0; k < sizeof files / sizeof *files; k++)
@@ -167,8 +165,7 @@ const char *lb_take_text(lb_instance *i, const char *text) {
     const char *why = lb_parse_text(text, &kept);
     if (lb_users_folder(path) && snprintf(folder, LB_PATH, "%s/", path) < LB_PATH) locate(&kept, folder, strlen(folder));
     why = take(i, why, &kept);
-    if (why) snprintf(line, sizeof line, "the clipboard %s", why);
-    if (why) i->complain(i->owner, line); /* the window may cut it */
+    if (why) lb_log(i, "the clipboard %s", why); /* the window may cut it */
     return why;
 }
 
@@ -255,7 +252,7 @@ static void name_file(const char *title, char stem[TITLE]) {
 /* Keeps a sound's name, and the present values, to tell whether they have changed since. */
 static void keep_sound(lb_instance *i, const char *name) {
     snprintf(i->window.sound, sizeof i->window.sound, "%s", name);
-    for (int k = 0; k < LB_PARAMETERS; k++) i->window.values[k] = lb_value(i, k);
+    lb_read_values(i, i->window.values);
 }
 
 /* True while the bass is that of the sound that was loaded or saved last. */
@@ -270,7 +267,7 @@ int lb_playing_sound(const lb_instance *i) {
 }
 
 void lb_title(const lb_instance *i, char *text, size_t room) {
-    const int sound = is_sound(i), bass = lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0;
+    const int sound = is_sound(i), bass = lb_bass_number(i, lb_value(i, LB_BASS));
     int changed = 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
         changed |= lb_is_of_sides(k) && lb_value(i, k) != (sound ? i->window.values[k] : lb_parameters[k].default_value);
@@ -281,9 +278,8 @@ void lb_title(const lb_instance *i, char *text, size_t room) {
 int lb_save_sound(lb_instance *i, char *name, size_t room) {
     char text[LB_MAX_TEXT], folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
     double values[LB_PARAMETERS];
-    for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
-    const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;
-    const int named = *name != 0;
+    lb_read_values(i, values);
+    const int bass = lb_bass_number(i, values[LB_BASS]), named = *name != 0;
     name_file(named ? name : lb_shelf_title(i->shelf, bass), stem);
     lb_response *r = lb_use_response(i);
     char cabinet[LB_FILE_NAME], path[LB_FILE_NAME + 20] = "";

@@ -60,13 +60,11 @@ void lb_write_sides(lb_instance *i, const lb_sides *from) {
     leave();
 }
 
-static int bass_number(const lb_instance *i, double bass) { return bass < lb_shelf_count(i->shelf) ? (int)bass : 0; }
-
 static void note_present(lb_instance *i, lb_before *to) {
     enter();
-    for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = lb_value(i, k);
+    lb_read_values(i, to->values);
     to->sides = i->sides;
-    to->bass = lb_present_bass(i->shelf, bass_number(i, to->values[LB_BASS]));
+    to->bass = lb_present_bass(i->shelf, lb_bass_number(i, to->values[LB_BASS]));
     memset(to->missing, 0, LB_STATE_NAME);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(to->missing, i->missing_name, LB_STATE_NAME);
     leave();
@@ -123,7 +121,7 @@ void lb_undo(lb_instance *i) {
         const int responds = b->responded && !lb_same_response(r, b->response);
         lb_free_response(r);
         changed = responds || memcmp((const void *)b, (const void *)&now, offsetof(lb_before, responded)) != 0;
-        lb_put_bass(i->shelf, bass_number(i, b->values[LB_BASS]), b->bass);
+        lb_put_bass(i->shelf, lb_bass_number(i, b->values[LB_BASS]), b->bass);
         lb_set_values(i, b->values, 1);
         lb_write_sides(i, &b->sides);
         note_missing(i, b->missing);
@@ -139,8 +137,8 @@ void lb_undo(lb_instance *i) {
 void lb_read_present(const lb_instance *i, double values[LB_PARAMETERS], lb_sides *sides, char name[LB_STATE_NAME]) {
     enter();
     *sides = i->sides;
-    for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
-    const int bass = bass_number(i, values[LB_BASS]);
+    lb_read_values(i, values);
+    const int bass = lb_bass_number(i, values[LB_BASS]);
     const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
     snprintf(name, LB_STATE_NAME, "%s", missing ? i->missing_name : lb_shelf_name(i->shelf, bass));
     leave();
@@ -177,12 +175,9 @@ static int find_bass(lb_instance *i, const lb_kept *kept) {
 }
 
 void lb_take_kept(lb_instance *i, lb_kept *kept) {
-    char line[LINE];
     const int number = find_bass(i, kept), missing = number < 0;
-    if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) { /* hosts may load a state several times */
-        snprintf(line, sizeof line, LB_NOT_INSTALLED, kept->bass);
-        i->complain(i->owner, line);
-    }
+    if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) /* hosts may load a state several times */
+        lb_log(i, LB_NOT_INSTALLED, kept->bass);
     __atomic_store_n(&i->seed, kept->seed, __ATOMIC_RELAXED);
     kept->values[LB_BASS] = missing ? lb_value(i, LB_BASS) : number;
     lb_set_values(i, kept->values, 1);

@@ -1,16 +1,32 @@
-/* An instance's parameter values, and their texts. */
+/* An instance's parameter values, and their texts; and the host's log. */
 #include "instance/instance.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+void lb_log(const lb_instance *i, const char *form, ...) {
+    char line[1600];
+    va_list more;
+    va_start(more, form);
+    vsnprintf(line, sizeof line, form, more);
+    va_end(more);
+    i->complain(i->owner, line);
+}
 
 double lb_value(const lb_instance *i, int parameter) {
     double value;
     __atomic_load(&i->values[parameter], &value, __ATOMIC_RELAXED);
     return value;
 }
+
+void lb_read_values(const lb_instance *i, double to[LB_PARAMETERS]) {
+    for (int k = 0; k < LB_PARAMETERS; k++) to[k] = lb_value(i, k);
+}
+
+int lb_bass_number(const lb_instance *i, double bass) { return bass < lb_shelf_count(i->shelf) ? (int)bass : 0; }
 
 static void keep(lb_instance *i, int parameter, double value) {
     if (parameter == LB_BASS && value != lb_value(i, LB_BASS)) {
@@ -132,7 +148,7 @@ static measure slider_measure(const lb_instance *i, const lb_own *own, int param
 static measure measure_of(const lb_instance *i, int parameter) {
     const lb_parameter *p = &lb_parameters[parameter];
     const int bass = (int)lb_value(i, LB_BASS);
-    const LB_INSTRUMENT *in = bass < lb_shelf_count(i->shelf) ? lb_shelf_instrument(i->shelf, bass) : 0;
+    const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, bass);
     measure m = {0, 1, 1, 0, p->whole ? 0 : strcmp(p->unit, "dB") ? 2 : 1, p->unit};
     if (!in) return m;
     const LB_PLAYER *player = &in->player;
@@ -172,8 +188,7 @@ static double value_for(const measure *m, double shown) {
 
 /* The number that the value 0 stands for, where it means the bass's own; NaN where it does not. */
 static double own_value(const lb_instance *i, int parameter) {
-    const int bass = (int)lb_value(i, LB_BASS);
-    const LB_INSTRUMENT *in = bass < lb_shelf_count(i->shelf) ? lb_shelf_instrument(i->shelf, bass) : 0;
+    const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, (int)lb_value(i, LB_BASS));
     if (parameter == LB_BEND_RANGE && in) return in->player.bend_range;
     if (parameter == LB_COMPRESSION && in) return 100 * in->compression;
     return parameter == LB_DRIVE && in ? 100 * in->drive : NAN;
@@ -183,8 +198,7 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
     if (parameter == LB_BASS) {
-        const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
-        snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
+        snprintf(text, room, "%s", lb_shelf_title(i->shelf, lb_bass_number(i, value)));
         return;
     }
     if (p->points) {

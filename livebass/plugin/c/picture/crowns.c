@@ -3,7 +3,6 @@
 
 #include <stdio.h>
 
-enum { WOOD_SIDE = 0xFF54341F, WOOD_DARK = 0xFF3B2317, METAL_SIDE = 0xFFC9C3B8, BODY_SIDE = 0xFFB8631F };
 #define COIL_GAP 3.0 /* mm between a pickup and the strings, as drawn; how it changes is true */
 
 int lb_is_idle(const lb_picture *p, int k) {
@@ -76,9 +75,9 @@ static void draw_crown(lb_picture *p, const side *v, int k) {
     const double before = k ? gap_at(p, v->own, k - 1) : gap, crown = look_of(p)->fretless ? 0 : 1;
     for (int at = (int)from; at < (int)x; at++) {
         const double top = v->rest + (before + (gap - before) * (at - from) / (x - from) + crown) * v->mm;
-        lb_shade(s, at, top, 1, fmax(v->foot - top, 0), WOOD_SIDE, WOOD_DARK);
+        lb_shade(s, at, top, 1, fmax(v->foot - top, 0), WOOD_LIGHT, WOOD);
     }
-    const uint32_t colour = p->values[LB_FRET] == k + 1 ? p->t->accent : METAL_SIDE;
+    const uint32_t colour = p->values[LB_FRET] == k + 1 ? p->t->accent : METAL;
     if (crown > 0)
         lb_round(s, x - px(p, 2), v->rest + gap * v->mm, px(p, 4), crown * v->mm + px(p, 2), px(p, 2), 0, colour);
 }
@@ -91,7 +90,7 @@ static void draw_pickup(lb_picture *p, const side *v, int k) {
     const double top = v->rest + gap * v->mm, tall = v->foot - top;
     if (isnan(away)) return;
     lb_round(&p->ground, x - px(p, 9), top, px(p, 18), tall, px(p, 3), 0, BLACK);
-    lb_round(&p->ground, x - px(p, 9), top, px(p, 18), tall, px(p, 3), px(p, 1), METAL_SIDE);
+    lb_round(&p->ground, x - px(p, 9), top, px(p, 18), tall, px(p, 3), px(p, 1), METAL);
 }
 
 /* Draws a line each mm below the string. */
@@ -123,10 +122,10 @@ void lb_draw_crowns(lb_picture *p, const part *q) {
     draw_scale(p, &v, (int)deepest + 1);
     for (int k = 0; k < count; k++) draw_crown(p, &v, k);
     for (int k = 0; k < 2; k++) draw_pickup(p, &v, k);
-    lb_round(s, p->saddle - px(p, 3), rest, px(p, 6), v.foot - rest, px(p, 2), 0, METAL_SIDE);
-    lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), 0, 0xFFF3E9D2);
+    lb_round(s, p->saddle - px(p, 3), rest, px(p, 6), v.foot - rest, px(p, 2), 0, METAL);
+    lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), 0, BONE);
     const double tall = fmax(thick * mm, px(p, 1.5)); /* the string */
-    lb_shade(s, p->nut - px(p, 5), rest - tall, p->saddle - p->nut + px(p, 12), tall, STRING, 0xFF7A7267);
+    lb_shade(s, p->nut - px(p, 5), rest - tall, p->saddle - p->nut + px(p, 12), tall, STRING, STRING_DARK);
     if (count) measure(p, &v, 0, "at fret 1");
     if (count) measure(p, &v, count < 12 ? count - 1 : 11, "at fret 12");
     s->clip = (lb_area){0, 0, s->width, s->height};

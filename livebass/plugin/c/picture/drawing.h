@@ -10,7 +10,8 @@
 typedef struct {
     uint32_t ground, raised, edge, ink, soft, accent, on_accent, trough, hot, good;
 } theme;
-enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
+enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF, STRING_DARK = 0xFF7A7267, METAL = 0xFFC9C3B8, BONE = 0xFFF3E9D2 };
+enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F };
 
 /* Pixels at scale 1. */
 enum { EDGE = 14, HEADER = 46, TABS = 28, SONG_BAR = 24, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
@@ -170,7 +171,7 @@ void lb_copy_area(const lb_picture *, lb_area);
 
 /* --- of neck.c --- */
 
-void lb_note_name(int key, char text[16]);
+const char *lb_note_name(int key); /* "": there is no such key */
 /* The fret at which a string is held; 0: open; -1: not held. */
 int lb_fret_held(const lb_picture *, int string);
 /* Draws a note's name as high as its lane allows. */

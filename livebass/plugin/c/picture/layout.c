@@ -19,7 +19,7 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
     return q;
 }
 
-/* The parameters' places: a row each, in sections of a page. Any that is left out is on the last page. */
+/* The parameters' places in sections of a page, section by section. Any that is left out is on the last page. */
 static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
 enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, PROCESSOR, PLAYING,
        UNEVEN, MORE_OF, SECTIONS };
@@ -28,72 +28,57 @@ static const char sections[SECTIONS][15] = {
     "Effects", "Processor", "Playing", "Human", "More",
 };
 static const struct {
-    int page, section, parameter;
-    const char *tip; /* 0: its own help */
-} table[] = {
-    {LB_PLAY, STROKE, LB_TECHNIQUE, "What plucks the strings. The buttons above choose it, too."},
-    {LB_PLAY, STROKE, LB_PLUCK_POSITION, "Where the strings are plucked. Drag the mark over the body, too."},
-    {LB_PLAY, STROKE, LB_DYNAMICS, "Force of every note."},
-    {LB_PLAY, HANDS, LB_PALM_MUTE, "How firmly the palm rests on the strings."},
-    {LB_PLAY, HANDS, LB_VIBRATO, "Depth of the vibrato."},
-    {LB_PLAY, HANDS, LB_HAND_DAMPING, "How fast a finger stops a note."},
-    {LB_PLAY, SOUND_OF, LB_GAIN, "Level. 0 dB is the bass as it is."},
-    {LB_PLAY, SOUND_OF, LB_TONE, "The tone pot: 0 is closed, 10 is open."},
-    {LB_PLAY, SOUND_OF, LB_DRIVE, "A valve stage behind the bass."},
-    {LB_BENCH_PAGE, NECK, LB_ACTION, 0},
-    {LB_BENCH_PAGE, NECK, LB_NECK_RELIEF, 0},
-    {LB_BENCH_PAGE, NECK, LB_NUT_HEIGHT, 0},
-    {LB_BENCH_PAGE, NECK, LB_CONTACT_LOSS, 0},
-    {LB_BENCH_PAGE, FRETS, LB_FRET, 0},
-    {LB_BENCH_PAGE, FRETS, LB_FRET_HEIGHT, 0},
-    {LB_BENCH_PAGE, FRETS, LB_NECK_RESONANCE, 0},
-    {LB_BENCH_PAGE, FRETS, LB_NECK_MASS, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_NAMED_TUNING, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_CONCERT_PITCH, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_GAUGE, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_TENSION, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_WEAR, 0},
-    {LB_BENCH_PAGE, STRINGS, LB_FOAM, 0},
-    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_PLACE, 0},
-    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_HEIGHT, 0},
-    {LB_BENCH_PAGE, PICKUPS, LB_CABLE, 0},
-    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_PLACE, 0},
-    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_HEIGHT, 0},
-    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_PLACE, 0},
-    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_HEIGHT, 0},
-    {LB_BENCH_PAGE, PLUCKING, LB_FINGER_WIDTH, 0},
-    {LB_BENCH_PAGE, PLUCKING, LB_PLUCK_ANGLE, 0},
-    {LB_BENCH_PAGE, PLUCKING, LB_HARDEST, 0},
-    {LB_TONE_PAGE, TONE, LB_GAIN, 0},
-    {LB_TONE_PAGE, TONE, LB_TONE, 0},
-    {LB_TONE_PAGE, PICKUPS, LB_BLEND, "From the pickup at the neck to the one at the bridge."},
-    {LB_TONE_PAGE, EFFECTS, LB_COMPRESSION, "A compressor behind the bass."},
-    {LB_TONE_PAGE, EFFECTS, LB_DRIVE, 0},
-    {LB_TONE_PAGE, EFFECTS, LB_PARAMETERS /* the response */, 0},
-    {LB_SETTINGS, PROCESSOR, LB_QUALITY, "Studio plays more modes, at more load."},
-    {LB_SETTINGS, PROCESSOR, LB_CORES, "Threads that play strings side by side."},
-    {LB_SETTINGS, PROCESSOR, LB_RUNNING_AHEAD, "Computes strings ahead in quiet times. The sound stays the same."},
-    {LB_SETTINGS, PROCESSOR, LB_RELIEF, "Simplifies strings for a moment if time runs out. Never in a bounce."},
-    {LB_SETTINGS, PLAYING, LB_BEND_RANGE, "Range of the pitch wheel."},
-    {LB_SETTINGS, PLAYING, LB_VELOCITY_CURVE, "Below 0 a soft touch plays louder, above 0 softer."},
-    {LB_SETTINGS, PLAYING, LB_HAND_POSITION, "The fret near which the left hand plays. At 0 it moves freely."},
-    {LB_SETTINGS, PLAYING, LB_AVOID_OPEN, "Frets notes that open strings have."},
-    {LB_SETTINGS, UNEVEN, LB_UNEVENNESS, "How much notes differ from each other."},
-    {LB_SETTINGS, UNEVEN, LB_HUMANISE_TIME, "How late notes may come."},
-    {LB_SETTINGS, UNEVEN, LB_HUMANISE_FORCE, "How much the force of notes may differ."},
+    int page, section, count, parameters[6];
+} places[] = {
+    {LB_PLAY, STROKE, 3, {LB_TECHNIQUE, LB_PLUCK_POSITION, LB_DYNAMICS}},
+    {LB_PLAY, HANDS, 3, {LB_PALM_MUTE, LB_VIBRATO, LB_HAND_DAMPING}},
+    {LB_PLAY, SOUND_OF, 3, {LB_GAIN, LB_TONE, LB_DRIVE}},
+    {LB_BENCH_PAGE, NECK, 4, {LB_ACTION, LB_NECK_RELIEF, LB_NUT_HEIGHT, LB_CONTACT_LOSS}},
+    {LB_BENCH_PAGE, FRETS, 4, {LB_FRET, LB_FRET_HEIGHT, LB_NECK_RESONANCE, LB_NECK_MASS}},
+    {LB_BENCH_PAGE, STRINGS, 6, {LB_NAMED_TUNING, LB_CONCERT_PITCH, LB_GAUGE, LB_TENSION, LB_WEAR, LB_FOAM}},
+    {LB_BENCH_PAGE, PICKUPS, 3, {LB_PICKUP_PLACE, LB_PICKUP_HEIGHT, LB_CABLE}},
+    {LB_BENCH_PAGE, EACH_PICKUP, 4, {LB_PICKUP_1_PLACE, LB_PICKUP_1_HEIGHT, LB_PICKUP_2_PLACE, LB_PICKUP_2_HEIGHT}},
+    {LB_BENCH_PAGE, PLUCKING, 3, {LB_FINGER_WIDTH, LB_PLUCK_ANGLE, LB_HARDEST}},
+    {LB_TONE_PAGE, TONE, 2, {LB_GAIN, LB_TONE}},
+    {LB_TONE_PAGE, PICKUPS, 1, {LB_BLEND}},
+    {LB_TONE_PAGE, EFFECTS, 3, {LB_COMPRESSION, LB_DRIVE, LB_PARAMETERS /* the response */}},
+    {LB_SETTINGS, PROCESSOR, 4, {LB_QUALITY, LB_CORES, LB_RUNNING_AHEAD, LB_RELIEF}},
+    {LB_SETTINGS, PLAYING, 4, {LB_BEND_RANGE, LB_VELOCITY_CURVE, LB_HAND_POSITION, LB_AVOID_OPEN}},
+    {LB_SETTINGS, UNEVEN, 3, {LB_UNEVENNESS, LB_HUMANISE_TIME, LB_HUMANISE_FORCE}},
 };
-enum { PLACED = sizeof table / sizeof *table };
+enum { PLACED = sizeof places / sizeof *places };
+static const char *const tips[LB_PARAMETERS] = { /* in place of a parameter's own help */
+    [LB_TECHNIQUE] = "What plucks the strings. The buttons above choose it, too.",
+    [LB_PLUCK_POSITION] = "Where the strings are plucked. Drag the mark over the body, too.",
+    [LB_DYNAMICS] = "Force of every note.",
+    [LB_PALM_MUTE] = "How firmly the palm rests on the strings.",
+    [LB_VIBRATO] = "Depth of the vibrato.",
+    [LB_HAND_DAMPING] = "How fast a finger stops a note.",
+    [LB_GAIN] = "Level. 0 dB is the bass as it is.",
+    [LB_TONE] = "The tone pot: 0 is closed, 10 is open.",
+    [LB_DRIVE] = "A valve stage behind the bass.",
+    [LB_BLEND] = "From the pickup at the neck to the one at the bridge.",
+    [LB_COMPRESSION] = "A compressor behind the bass.",
+    [LB_QUALITY] = "Studio plays more modes, at more load.",
+    [LB_CORES] = "Threads that play strings side by side.",
+    [LB_RUNNING_AHEAD] = "Computes strings ahead in quiet times. The sound stays the same.",
+    [LB_RELIEF] = "Simplifies strings for a moment if time runs out. Never in a bounce.",
+    [LB_BEND_RANGE] = "Range of the pitch wheel.",
+    [LB_VELOCITY_CURVE] = "Below 0 a soft touch plays louder, above 0 softer.",
+    [LB_HAND_POSITION] = "The fret near which the left hand plays. At 0 it moves freely.",
+    [LB_AVOID_OPEN] = "Frets notes that open strings have.",
+    [LB_UNEVENNESS] = "How much notes differ from each other.",
+    [LB_HUMANISE_TIME] = "How late notes may come.",
+    [LB_HUMANISE_FORCE] = "How much the force of notes may differ.",
+};
 
-const char *lb_tip_of(int parameter) {
-    for (size_t j = 0; j < PLACED; j++)
-        if (table[j].parameter == parameter && table[j].tip) return table[j].tip;
-    return lb_parameters[parameter].help;
-}
+const char *lb_tip_of(int parameter) { return tips[parameter] ? tips[parameter] : lb_parameters[parameter].help; }
 
-/* A parameter without a row; techniques are lamps, and the bass is in the header. */
+/* A parameter without a place; techniques are lamps, and the bass is in the header. */
 static int is_left(int k) {
     for (size_t j = 0; j < PLACED; j++)
-        if (table[j].parameter == k) return 0;
+        for (int n = 0; n < places[j].count; n++)
+            if (places[j].parameters[n] == k) return 0;
     return k != LB_BASS && strcmp(lb_parameters[k].group, "Techniques") != 0;
 }
 
@@ -122,19 +107,24 @@ static void add_cell(cells *c, int kind, int number) {
     c->number[c->count++] = number;
 }
 
+/* Adds a parameter's cell to a section, after the heading if it is the first. */
+static void add_value(cells *c, int section, int first, int k) {
+    if (c->count == first) add_cell(c, HEAD, section);
+    add_cell(c, k == LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
+}
+
 static cells cells_of(const lb_picture *p, int page) {
     cells c = {0, 0, 0, {0}, {0}};
     for (int section = 0; section < SECTIONS; section++) {
         const int first = c.count;
-        for (size_t j = 0; j < PLACED + LB_PARAMETERS; j++) {
-            const int k = j < PLACED ? table[j].parameter : (int)(j - PLACED);
-            const int left = section == MORE_OF && j >= PLACED;
-            const int placed = j < PLACED && table[j].page == page && table[j].section == section;
-            if (k == LB_PARAMETERS && !p->face.response) continue;
-            if (!placed && !(left && page == LB_SETTINGS && is_left(k))) continue;
-            if (c.count == first) add_cell(&c, HEAD, section);
-            add_cell(&c, k == LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
+        for (size_t j = 0; j < PLACED; j++) {
+            const int here = places[j].page == page && places[j].section == section;
+            for (int n = 0; here && n < places[j].count; n++)
+                if (places[j].parameters[n] < LB_PARAMETERS || p->face.response)
+                    add_value(&c, section, first, places[j].parameters[n]);
         }
+        for (int k = 0; section == MORE_OF && page == LB_SETTINGS && k < LB_PARAMETERS; k++)
+            if (is_left(k)) add_value(&c, section, first, k);
         c.sections += c.count > first;
         if (c.count - first - 1 > c.longest) c.longest = c.count - first - 1;
     }

@@ -127,8 +127,8 @@ static void make_tip(lb_picture *p) {
     if (is_value) add_value(p, q->number);
     if (q->kind == SONG_LINE) add_wrapped(p, p->song.line, 0);
     if (q->kind == LAMP) {
-        char text[MAX_TEXT], key[16];
-        lb_note_name(lb_key_of(p, q->number), key);
+        char text[MAX_TEXT];
+        const char *key = lb_note_name(lb_key_of(p, q->number));
         snprintf(text, sizeof text, *key ? "%s: key %s." : "%s.", lb_switch_of(q->number)->name, key);
         add_line(&p->cover, DO_NOTHING, text);
     }

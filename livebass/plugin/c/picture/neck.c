@@ -3,8 +3,7 @@
 
 #include <stdio.h>
 
-enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
-enum { STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
+enum { METAL_DARK = 0xFF6E6960, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
 
 /* A family's body. Lengths are parts of the body's, heights of half its height; two values: the side of the lowest
    string, below, and the other one. */
@@ -23,11 +22,7 @@ static const body bodies[] = {
 #define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
-static const char notes[][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
-void lb_note_name(int key, char text[16]) {
-    if (key < 0 || key > 127) *text = 0;
-    else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
-}
+const char *lb_note_name(int key) { return key < 0 || key > 127 ? "" : lb_note_names[key]; }
 
 int lb_fret_held(const lb_picture *p, int string) {
     const LB_STRING_LOOK *l = &look_of(p)->string[string];
@@ -494,11 +489,10 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
 /* Draws the notes' names where fingers hold them. */
 static void draw_names(lb_picture *p, lb_sheet *s) {
     const LB_LOOK *l = look_of(p);
-    char text[16];
     for (int i = 0; i < l->strings; i++) {
         const int fret = lb_fret_held(p, i);
         if (fret < 1) continue;
-        lb_note_name((int)l->string[i].open + fret, text);
+        const char *text = lb_note_name((int)l->string[i].open + fret);
         const double at = x_of(p, l->place[fret]), before = x_of(p, l->place[fret - 1]);
         const double x = l->fretless ? at : at - fmin((at - before) / 2, px(p, 16));
         lb_draw_name(p, s, x, lane_at(p, i, x), text, 1);

@@ -165,14 +165,16 @@ static void curve(outline *o, const double a[2], const double c[2], const double
     }
 }
 
-/* Adds a contour: points on and off the curve; between two that are off lies one that is on. */
-static void contour(outline *o, int first, int count, const double scale[2], const double move[2]) {
+/* Adds a letter's contour: points on and off the curve; between two that are off lies one that is on. */
+static void contour(outline *o, int number, const double scale[2], const double move[2]) {
     double last[2] = {0, 0}, off[2] = {0, 0}, start[2] = {0, 0};
-    int bent = 0;
+    const int same = glyph_contours[number].number, count = contour_counts[same];
+    int bent = 0, first = 0;
+    for (int k = 0; k < same; k++) first += contour_counts[k];
     for (int k = 0; k <= count; k++) { /* a contour begins on the curve, and ends where it began */
-        const int at = first + k % count, on = glyph_bits[at / 4] >> 2 * (at % 4) & 1;
-        const double p[2] = {move[0] + scale[0] * (glyph_points[at][0] - GLYPH_LEFT),
-                             move[1] - scale[1] * (glyph_points[at][1] - GLYPH_DOWN)};
+        const int at = first + k % count, on = contour_bits[at / 8] >> at % 8 & 1;
+        const int x = contour_points[at][0] + glyph_contours[number].x, y = contour_points[at][1] + glyph_contours[number].y;
+        const double p[2] = {move[0] + scale[0] * (x - GLYPH_LEFT), move[1] - scale[1] * (y - GLYPH_DOWN)};
         if (!k) memcpy(start, p, sizeof start);
         else if (on || k == count) {
             if (bent) curve(o, last, off, p);
@@ -207,12 +209,7 @@ static void draw_letter(lb_sheet *s, int letter, double x, int y, const double s
     o.tall = high + (int)(GLYPH_DOWN * scale[1]) + 1;
     if (lb_empty(within(s, (lb_area){left, y - high, left + o.wide, y - high + o.tall}))) return;
     for (int j = 0; j < o.tall; j++) memset(o.sums[j], 0, (size_t)(o.wide + 1) * sizeof(float));
-    for (int k = 0, from = 0; k < glyph_counts[letter]; k++) {
-        const int at = first + k;
-        if (!(glyph_bits[at / 4] >> 2 * (at % 4) & 2)) continue;
-        contour(&o, first + from, k + 1 - from, scale, move);
-        from = k + 1;
-    }
+    for (int k = 0; k < glyph_counts[letter]; k++) contour(&o, first + k, scale, move);
     for (int j = 0; j < o.tall; j++) {
         float sum = 0;
         for (int i = 0; i < o.wide; i++) {

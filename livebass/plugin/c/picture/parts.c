@@ -295,8 +295,7 @@ static void press_enlarged(lb_picture *p, const part *q, const hand *h) {
 }
 
 static void draw_name(lb_picture *p, const part *q) {
-    char text[MAX_TEXT];
-    lb_note_name((int)look_of(p)->string[q->number].open, text);
+    const char *text = lb_note_name((int)look_of(p)->string[q->number].open);
     lb_draw_name(p, &p->ground, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
 }
 
@@ -442,22 +441,28 @@ static void draw_slider(lb_picture *p, const part *q) {
     lb_box(&p->ground, now - px(p, 0.5), y - px(p, high - 3), px(p, 1), px(p, 2 * high - 6), 0x80000000);
 }
 
-static void draw_stepper(lb_picture *p, const part *q) {
+/* Draws the box of a cell's value, with an arrow and a text from `left` on; returns where it is. */
+static part draw_box(lb_picture *p, const part *q, double left, int way, const char *text) {
     const int hot = is_hot(p, q);
+    const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
+    const part box = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
+    const part room = {.x = box.x + left, .y = box.y, .w = box.w - left - px(p, 16), .h = box.h};
+    const part end = {.x = box.x + box.w - px(p, 18), .y = box.y, .w = px(p, 14), .h = box.h};
+    button(p, &box, 0, hot);
+    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
+    arrow(p, &end, way, hot ? p->t->ink : p->t->soft);
+    return box;
+}
+
+static void draw_stepper(lb_picture *p, const part *q) {
     draw_cell_text(p, q);
     char text[MAX_TEXT];
-    const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
-    const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     text_of(p, q->number, p->values[q->number], text);
     const int is_switch = maximum_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
-    const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
-    button(p, &face, 0, hot);
+    const part box = draw_box(p, q, px(p, is_switch ? 20 : 8), has_menu(p, q) ? 2 : 1, text);
+    const double r = px(p, 3);
     const uint32_t colour = on ? p->t->accent : p->t->trough;
-    if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, colour);
-    const part room = {.x = face.x + left, .y = face.y, .w = face.w - left - px(p, 16), .h = face.h};
-    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
-    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
-    arrow(p, &end, has_menu(p, q) ? 2 : 1, hot ? p->t->ink : p->t->soft);
+    if (is_switch) lb_round(&p->ground, box.x + px(p, 9), box.y + box.h / 2 - r, 2 * r, 2 * r, r, 0, colour);
 }
 
 static void mix_focus(const lb_picture *p, const part *q, uint64_t *hash) {
@@ -490,16 +495,10 @@ static void response_of(const lb_picture *p, char text[MAX_TEXT]) {
 
 static void draw_response(lb_picture *p, const part *q) {
     char text[MAX_TEXT];
-    const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
-    const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
-    const part room = {.x = face.x + px(p, 8), .y = face.y, .w = face.w - px(p, 24), .h = face.h};
-    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
-    const uint32_t soft = is_hot(p, q) ? p->t->ink : p->t->soft;
-    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), soft, CABINET, q->w);
-    button(p, &face, 0, is_hot(p, q));
+    const uint32_t ink = is_hot(p, q) ? p->t->ink : p->t->soft;
+    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), ink, CABINET, q->w);
     response_of(p, text);
-    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
-    arrow(p, &end, 2, soft);
+    draw_box(p, q, px(p, 8), 2, text);
 }
 
 static void mix_response(const lb_picture *p, const part *q, uint64_t *hash) {
@@ -558,7 +557,12 @@ static void draw_button(lb_picture *p, const part *q, const char *text, int lit,
     lb_label(p, &p->ground, q, SMALL, lit ? p->t->on_accent : p->t->ink, text, 1);
 }
 
-static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 0, is_hot(p, q)); }
+static void draw_labelled(lb_picture *p, const part *q) {
+    static const char *const labels[KINDS] = {
+        [UNDO] = "Undo", [COPY] = "Copy", [SAVE] = "Save", [PASTE] = "Paste", [UPDATE] = "Update",
+    };
+    draw_button(p, q, labels[q->kind], q->kind == UPDATE, is_hot(p, q));
+}
 
 /* Undoes the last change, and names it: it may be on another page. */
 static void press_undo(lb_picture *p, const part *q, const hand *h) {
@@ -574,11 +578,7 @@ static void press_undo(lb_picture *p, const part *q, const hand *h) {
     else if (strcmp(cabinet, now) != 0) notice(p, "Undone: ", CABINET);
 }
 
-static void draw_paste(lb_picture *p, const part *q) { draw_button(p, q, "Paste", 0, is_hot(p, q)); }
-
 static void press_paste(lb_picture *p, const part *q, const hand *h) { p->pasting = 1; }
-
-static void draw_update(lb_picture *p, const part *q) { draw_button(p, q, "Update", 1, is_hot(p, q)); }
 
 static void press_update(lb_picture *p, const part *q, const hand *h) {
     p->face.update(p->face.owner);
@@ -590,8 +590,6 @@ static void draw_side(lb_picture *p, const part *q) {
 }
 
 static void mix_side(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->face.side(p->face.owner)); }
-
-static void draw_copy(lb_picture *p, const part *q) { draw_button(p, q, "Copy", 0, is_hot(p, q)); }
 
 static void press_copy(lb_picture *p, const part *q, const hand *h) {
     p->face.copy(p->face.owner);
@@ -609,8 +607,6 @@ static void read_list(lb_picture *p) {
     p->doomed = -1;
     p->lists++;
 }
-
-static void draw_save(lb_picture *p, const part *q) { draw_button(p, q, "Save", 0, is_hot(p, q)); }
 
 void lb_save(lb_picture *p) {
     char name[MAX_TEXT - 16];
@@ -797,18 +793,18 @@ const lb_kind lb_kinds[KINDS] = {
     [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND, "Magnification of the strings' motion."},
     [ENLARGED] = {draw_enlarged, mix_enlarged, press_enlarged, 0, wheel_enlarged, HAND, "Zoom of all windows of livebass."},
     [NAME] = {.draw = draw_name, .state = mix_name},
-    [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND, "Undo the last change."},
+    [UNDO] = {draw_labelled, 0, press_undo, 0, 0, HAND, "Undo the last change."},
     [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND, "Two sets of values to compare."},
-    [COPY] = {draw_copy, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one."},
-    [SAVE] = {draw_save, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save."},
-    [PASTE] = {draw_paste, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard."},
+    [COPY] = {draw_labelled, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one."},
+    [SAVE] = {draw_labelled, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save."},
+    [PASTE] = {draw_labelled, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard."},
     [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND, "Press to load it. Right-click twice to delete it."},
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
     [SEARCHED] = {.draw = draw_search, .state = mix_search, .wheel = wheel_list},
     [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND, 0},
     [RESPONSE] = {draw_response, mix_response, press_response, 0, 0, HAND,
                   "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
-    [UPDATE] = {draw_update, 0, press_update, 0, 0, HAND,
+    [UPDATE] = {draw_labelled, 0, press_update, 0, 0, HAND,
                 "The bass has changed since your session was saved, and plays as it did. Press to take the new one."},
     [SONG_BUTTON] = {draw_song_button, mix_song_button, press_song, 0, 0, HAND,
                      "Play or stop the file, or play it again and again."},

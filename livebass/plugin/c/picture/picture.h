@@ -14,61 +14,61 @@ enum { LB_SHIFT = 1, LB_CONTROL = 2, LB_ALT = 4, LB_RIGHT = 8 }; /* modifiers; L
 /* The shape of the pointer that lb_point returns. */
 enum { LB_POINTER_DEFAULT, LB_POINTER_HAND, LB_POINTER_ACROSS /* may be dragged left and right */ };
 
-/* A picture's contents and callbacks. */
+/* A picture's contents and callbacks; `owner` is the instance. */
 typedef struct {
-    void *owner;
+    lb_instance *owner;
     const lb_look *look;
-    double (*value)(void *owner, int parameter);
-    double (*maximum)(void *owner, int parameter);
+    double (*value)(const lb_instance *, int parameter);
+    double (*maximum)(const lb_instance *, int parameter);
     /* `value` is also set in the phases LB_BEGIN and LB_END. */
-    void (*set)(void *owner, int parameter, double value, int phase);
-    void (*text)(void *owner, int parameter, double value, char *, size_t);
+    void (*set)(lb_instance *, int parameter, double value, int phase);
+    void (*text)(const lb_instance *, int parameter, double value, char *, size_t);
     /* Reads a value; returns 0 if the text is not one. */
-    int (*read)(void *owner, int parameter, const char *text, double *value);
+    int (*read)(const lb_instance *, int parameter, const char *text, double *value);
     /* A note by hand on a string, counted from 0: velocity 0 to 1. */
-    void (*note)(void *owner, int on, int string, int key, double velocity);
+    void (*note)(lb_instance *, int on, int string, int key, double velocity);
     /* The present bass's own values, for the bench; 0: none. 0 instead of the function: this window has none. */
-    const lb_own *(*own)(void *owner);
+    const lb_own *(*own)(const lb_instance *);
     /* A key's switch, 0: none; for the names of the lamps. */
-    const lb_switch *(*switched)(void *owner, int key);
+    const lb_switch *(*switched)(const lb_instance *, int key);
     /* Undoes the last change; goes to the other side, A or B; the present side, 1: B. */
-    void (*undo)(void *owner), (*swap)(void *owner);
-    int (*side)(void *owner);
-    int (*kept)(void *owner);    /* the bass plays as a session kept it, and the present one differs */
-    void (*update)(void *owner); /* plays the present one */
-    void (*copy)(void *owner); /* copies the present side to the other */
+    void (*undo)(lb_instance *), (*swap)(lb_instance *);
+    int (*side)(const lb_instance *);
+    int (*kept)(const lb_instance *);    /* the bass plays as a session kept it, and the present one differs */
+    void (*update)(lb_instance *); /* plays the present one */
+    void (*copy)(lb_instance *); /* copies the present side to the other */
     /* Lets the next MIDI controller move a parameter, or frees it from its controller; its controller: LB_NO_CONTROLLER
        for none, LB_WAITS while it waits. 0: this window cannot. */
-    void (*learn)(void *owner, int parameter);
-    int (*controller)(void *owner, int parameter);
+    void (*learn)(lb_instance *, int parameter);
+    int (*controller)(const lb_instance *, int parameter);
     /* Writes the name of the sound that plays, or the bass's, with a * if it has changed since. */
-    void (*title)(void *owner, char *text, size_t);
-    int (*playing)(void *owner);         /* the sound that plays, as listed; -1: none */
-    int (*group)(void *owner, int bass); /* LB_SHIPPED, LB_MINE, LB_LABORATORY */
+    void (*title)(const lb_instance *, char *text, size_t);
+    int (*playing)(const lb_instance *);         /* the sound that plays, as listed; -1: none */
+    int (*group)(const lb_instance *, int bass); /* LB_SHIPPED, LB_MINE, LB_LABORATORY */
     /* Sounds: reads their folders and returns their number; the name of one. 0: this window has none. */
-    int (*list)(void *owner);
-    const char *(*sound)(void *owner, int sound);
-    int (*is_own)(void *owner, int sound); /* the user's, not the factory's; 0: all are */
+    int (*list)(lb_instance *);
+    const char *(*sound)(const lb_instance *, int sound);
+    int (*is_own)(const lb_instance *, int sound); /* the user's, not the factory's; 0: all are */
     /* Saves the present values under `name`, empty: the bass's, and writes their name there; loads a sound; both return
        0 on failure. */
-    int (*save)(void *owner, char *name, size_t);
-    int (*load)(void *owner, int sound);
-    void (*remove)(void *owner, int sound);
+    int (*save)(lb_instance *, char *name, size_t);
+    int (*load)(lb_instance *, int sound);
+    void (*remove)(lb_instance *, int sound);
     /* The response's name; the files of the user's folder: reads it and returns their number; the name of one; chooses
        one, -1: none, and returns the fault, 0: none. 0: this window has none. */
-    void (*response)(void *owner, char *text, size_t);
-    int (*responses)(void *owner);
-    const char *(*response_name)(void *owner, int file);
-    const char *(*respond)(void *owner, int file);
+    void (*response)(lb_instance *, char *text, size_t);
+    int (*responses)(lb_instance *);
+    const char *(*response_name)(lb_instance *, int file);
+    const char *(*respond)(lb_instance *, int file);
     /* The enlargement of all windows: sets it, 1 for 100 %, unless `to` is 0, and returns it. 0: this window has none. */
-    double (*zoom)(void *owner, double to);
+    double (*zoom)(lb_instance *, double to);
     /* Loads a text, a page's link or a sound; returns its fault, 0: none. 0: this window has no clipboard. */
-    const char *(*paste)(void *owner, const char *text);
+    const char *(*paste)(lb_instance *, const char *text);
     /* Takes a file dropped on the window, by its path or address, likewise. 0: this window takes none. */
-    const char *(*drop)(void *owner, const char *text);
+    const char *(*drop)(lb_instance *, const char *text);
     /* The song, and what a hand does with it: LB_ROLL ... 0: this window has none. */
-    void (*song)(void *owner, lb_song_view *);
-    void (*steer)(void *owner, int what);
+    void (*song)(lb_instance *, lb_song_view *);
+    void (*steer)(lb_instance *, int what);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 

@@ -515,11 +515,8 @@ static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* 
 
 static void suggest_title(const clap_plugin *p, const char *title) {}
 
-static bool show(const clap_plugin *p) {
-    return of(p)->editor != 0;
-}
-
-static bool hide(const clap_plugin *p) {
+/* Answers both show and hide: the window is its parent's. */
+static bool is_open(const clap_plugin *p) {
     return of(p)->editor != 0;
 }
 
@@ -542,7 +539,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
     static const clap_thread_pool pool = {help};
     static const clap_gui gui = {
         has_windows, preferred_windows, create_window, destroy_window, set_scale, window_size, can_resize, resize_hints,
-        adjust_size, set_size, set_parent, set_transient, suggest_title, show, hide,
+        adjust_size, set_size, set_parent, set_transient, suggest_title, is_open, is_open,
     };
     static const clap_remote_controls controls = {page_count, remote_page};
     static const struct {

@@ -213,10 +213,8 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     if (atom->type == p->watch_atom) {
         int32_t asks = 0;
         if (atom->size == sizeof asks) memcpy(&asks, atom + 1, sizeof asks);
-        if (asks) p->sides_requested = 1;
-        if (asks) __atomic_store_n(&p->title_requested, 1, __ATOMIC_RELAXED);
-        if (asks) __atomic_store_n(&p->kept_requested, 1, __ATOMIC_RELAXED);
-        if (asks) __atomic_store_n(&p->song_requested, 1, __ATOMIC_RELAXED);
+        int *const requested[] = {&p->sides_requested, &p->title_requested, &p->kept_requested, &p->song_requested};
+        for (int k = 0; asks && k < 4; k++) __atomic_store_n(requested[k], 1, __ATOMIC_RELAXED);
         p->watched = WATCHED;
     }
     if (atom->type == p->sides_atom && atom->size == sizeof sides) {
@@ -273,10 +271,7 @@ static void watch(plugin *p, uint32_t frames) {
 }
 
 /* The number of the bass that plays. */
-static int bass_of(const plugin *p) {
-    const int bass = (int)lb_value(&p->instance, LB_BASS);
-    return bass < lb_shelf_count(p->instance.shelf) ? bass : 0;
-}
+static int bass_of(const plugin *p) { return lb_bass_number(&p->instance, lb_value(&p->instance, LB_BASS)); }
 
 /* A word for all of the song that a window shows and that this thread moves. */
 static int song_word(const lb_instance *i) {
@@ -404,15 +399,12 @@ static const char *find_response(plugin *p, const char *name, lb_response **to) 
 
 /* Loads the response that a window wants. */
 static void read_response(plugin *p) {
-    char line[LINE];
     lb_response *r = 0;
     const char *why = *p->path == EARLIER ? find_response(p, p->path + 1, &r)
                       : *p->path          ? lb_read_response(p->path, p->instance.kernels, &r)
                                           : 0;
-    if (why) {
-        snprintf(line, sizeof line, "%.1200s: the response %s", p->path, why);
-        complain(p, line);
-    } else {
+    if (why) lb_log(&p->instance, "%.1200s: the response %s", p->path, why);
+    else {
         keep_response(p);
         lb_set_response(&p->instance, r);
     }
@@ -497,22 +489,24 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     return store(to, p->key_bass, name, strlen(name) + 1, p->string, LV2_PLAIN);
 }
 
+/* Reads a value of `size` bytes and a type from a state, if it has one. */
+static void retrieve(lv2_retrieve get, void *from, uint32_t key, uint32_t type, void *to, size_t size) {
+    size_t found = 0;
+    uint32_t of = 0, flags = 0;
+    const void *value = get(from, key, &found, &of, &flags);
+    if (value && found == size && of == type) memcpy(to, value, size);
+}
+
 /* Reads a whole number from a state; `otherwise` if it has none. */
 static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key, int64_t otherwise) {
-    size_t size = 0;
-    uint32_t type = 0, flags = 0;
-    const void *value = get(from, key, &size, &type, &flags);
-    if (value && size == sizeof otherwise && type == p->whole) memcpy(&otherwise, value, size);
+    retrieve(get, from, key, p->whole, &otherwise, sizeof otherwise);
     return otherwise;
 }
 
 /* Reads a value from a state; `otherwise` if it has none. */
 static double kept_real(const plugin *p, lv2_retrieve get, void *from, uint32_t key, double otherwise) {
-    size_t size = 0;
-    uint32_t type = 0, flags = 0;
     float value = NAN;
-    const void *at = get(from, key, &size, &type, &flags);
-    if (at && size == sizeof value && type == p->real) memcpy(&value, at, sizeof value);
+    retrieve(get, from, key, p->real, &value, sizeof value);
     return isfinite(value) ? value : otherwise;
 }
 
@@ -535,11 +529,9 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     snprintf(state.bass, sizeof state.bass, "%s", name);
     if (kept(p, get, from, p->key_format, 0) > LB_STATE_FORMAT) {
-        char line[LINE];
         const char *made = get(from, p->key_made, &size, &type, &flags);
-        snprintf(line, sizeof line, "the session's state was made by livebass %.*s; this one, " LB_RELEASE ", cannot read it",
-                 made && type == p->string ? (int)size : 0, made);
-        complain(p, line);
+        lb_log(i, "the session's state was made by livebass %.*s; this one, " LB_RELEASE ", cannot read it",
+               made && type == p->string ? (int)size : 0, made);
         return LV2_NO_PROPERTY;
     }
     const void *response = get(from, p->response_atom, &size, &type, &flags);
@@ -553,7 +545,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
         memcpy(state.instrument, instrument, size);
         state.instrument_bytes = size;
     }
-    for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
+    lb_read_values(i, state.values); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
     const double port = isfinite(p->seen[LB_TECHNIQUE]) ? p->seen[LB_TECHNIQUE] : lb_parameters[LB_TECHNIQUE].default_value;
     const double stroke = kept_real(p, get, from, p->key_stroke, NAN); /* by a key */

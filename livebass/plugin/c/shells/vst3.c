@@ -139,7 +139,7 @@ static double normal(const vst3 *v, uint32_t id, double x) {
 }
 
 static void show_all(vst3 *v) {
-    for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
+    lb_read_values(&v->instance, v->shown);
     v->quality = (int)v->shown[LB_QUALITY];
 }
 

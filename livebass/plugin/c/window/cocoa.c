@@ -37,28 +37,31 @@ struct lb_window {
     int typing;        /* it has taken the keyboard */
 };
 
-/* Functions of the runtime and CoreGraphics. */
+/* Functions of the runtime and CoreGraphics: library, name there, name here, result, arguments. */
+#define FUNCTIONS(F) \
+    F(runtime, "objc_msgSend", send, id, (id, SEL)) \
+    F(runtime, "objc_getClass", class_named, Class, (const char *)) \
+    F(runtime, "sel_registerName", selector, SEL, (const char *)) \
+    F(runtime, "objc_allocateClassPair", new_class, Class, (Class, const char *, size_t)) \
+    F(runtime, "objc_registerClassPair", register_class, void, (Class)) \
+    F(runtime, "objc_disposeClassPair", dispose_class, void, (Class)) \
+    F(runtime, "class_addMethod", add_method, BOOL, (Class, SEL, IMP, const char *)) \
+    F(runtime, "class_addIvar", add_variable, BOOL, (Class, const char *, size_t, uint8_t, const char *)) \
+    F(runtime, "object_setInstanceVariable", set_variable, Ivar, (id, const char *, void *)) \
+    F(runtime, "object_getInstanceVariable", get_variable, Ivar, (id, const char *, void **)) \
+    F(graphics, "CGColorSpaceCreateDeviceRGB", color_space, void *, (void)) \
+    F(graphics, "CGColorSpaceRelease", release_color_space, void, (void *)) \
+    F(graphics, "CGDataProviderCreateWithData", new_provider, void *, (void *, const void *, size_t, void *)) \
+    F(graphics, "CGDataProviderRelease", release_provider, void, (void *)) \
+    F(graphics, "CGImageCreate", new_image, void *, (size_t, size_t, size_t, size_t, size_t, void *, uint32_t, void *, const double *, bool, int)) \
+    F(graphics, "CGImageRelease", release_image, void, (void *)) \
+    F(graphics, "CGContextDrawImage", draw_image, void, (void *, box, void *)) \
+    F(graphics, "CGContextTranslateCTM", translate, void, (void *, double, double)) \
+    F(graphics, "CGContextScaleCTM", stretch, void, (void *, double, double))
+#define MEMBER(from, name, to, result, arguments) result(*to) arguments;
 static struct {
     void *ready;
-    id (*send)(id, SEL);
-    Class (*class_named)(const char *);
-    SEL (*selector)(const char *);
-    Class (*new_class)(Class, const char *, size_t);
-    void (*register_class)(Class);
-    void (*dispose_class)(Class);
-    BOOL (*add_method)(Class, SEL, IMP, const char *);
-    BOOL (*add_variable)(Class, const char *, size_t, uint8_t, const char *);
-    Ivar (*set_variable)(id, const char *, void *);
-    Ivar (*get_variable)(id, const char *, void **);
-    void *(*color_space)(void);
-    void (*release_color_space)(void *);
-    void *(*new_provider)(void *, const void *, size_t, void *);
-    void (*release_provider)(void *);
-    void *(*new_image)(size_t, size_t, size_t, size_t, size_t, void *, uint32_t, void *, const double *, bool, int);
-    void (*release_image)(void *);
-    void (*draw_image)(void *, box, void *);
-    void (*translate)(void *, double, double);
-    void (*stretch)(void *, double, double);
+    FUNCTIONS(MEMBER)
 } c;
 static Class view_class;
 static int windows;
@@ -69,27 +72,9 @@ static int find_cocoa(void) {
     void *kit = dlopen("/System/Library/Frameworks/AppKit.framework/AppKit", RTLD_NOW | RTLD_LOCAL);
     void *graphics = dlopen("/System/Library/Frameworks/CoreGraphics.framework/CoreGraphics", RTLD_NOW | RTLD_LOCAL);
     if (!runtime || !kit || !graphics) return 0;
-#define FIND(from, to, name) \
-    if (!(*(void **)&c.to = dlsym(from, name))) return 0
-    FIND(runtime, send, "objc_msgSend");
-    FIND(runtime, class_named, "objc_getClass");
-    FIND(runtime, selector, "sel_registerName");
-    FIND(runtime, new_class, "objc_allocateClassPair");
-    FIND(runtime, register_class, "objc_registerClassPair");
-    FIND(runtime, dispose_class, "objc_disposeClassPair");
-    FIND(runtime, add_method, "class_addMethod");
-    FIND(runtime, add_variable, "class_addIvar");
-    FIND(runtime, set_variable, "object_setInstanceVariable");
-    FIND(runtime, get_variable, "object_getInstanceVariable");
-    FIND(graphics, color_space, "CGColorSpaceCreateDeviceRGB");
-    FIND(graphics, release_color_space, "CGColorSpaceRelease");
-    FIND(graphics, new_provider, "CGDataProviderCreateWithData");
-    FIND(graphics, release_provider, "CGDataProviderRelease");
-    FIND(graphics, new_image, "CGImageCreate");
-    FIND(graphics, release_image, "CGImageRelease");
-    FIND(graphics, draw_image, "CGContextDrawImage");
-    FIND(graphics, translate, "CGContextTranslateCTM");
-    FIND(graphics, stretch, "CGContextScaleCTM");
+#define FIND(from, name, to, result, arguments) \
+    if (!(*(void **)&c.to = dlsym(from, name))) return 0;
+    FUNCTIONS(FIND)
     c.ready = runtime;
     return 1;
 }

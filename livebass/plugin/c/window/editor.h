@@ -4,9 +4,8 @@
 #include "window/window.h"
 
 typedef struct lb_editor lb_editor;
-/* Opens the window, which watches the look until it is closed. Returns 0 without memory or a window. [main thread] */
-lb_editor *lb_open_editor(const lb_face *, lb_look *, uintptr_t parent, int width, int height, double scale);
-/* Does the same for an instance, which receives the window's changes. */
+/* Opens a window for an instance, which receives its changes; it watches the instance's look until it is closed. Returns
+   0 without memory or a window. [main thread] */
 lb_editor *lb_edit_instance(lb_instance *, uintptr_t parent, int width, int height, double scale);
 lb_face lb_face_of(lb_instance *); /* its window's contents and callbacks */
 void lb_close_editor(lb_editor *); /* may be 0 */

@@ -237,10 +237,12 @@ static int make_room(lb_window *w, int width, int height) {
     return x.InitImage(&w->image);
 }
 
+static int modifiers_of(const xpointer *e) {
+    return (e->state & SHIFT ? LB_SHIFT : 0) | (e->state & CONTROL ? LB_CONTROL : 0) | (e->state & MOD1 ? LB_ALT : 0);
+}
+
 static void point(lb_window *w, const xpointer *e, int kind, int more) {
-    const int modifiers = (e->state & SHIFT ? LB_SHIFT : 0) | (e->state & CONTROL ? LB_CONTROL : 0) |
-                          (e->state & MOD1 ? LB_ALT : 0) | more;
-    const int shape = lb_point(w->picture, kind, e->x, e->y, modifiers);
+    const int shape = lb_point(w->picture, kind, e->x, e->y, modifiers_of(e) | more);
     if (shape == w->pointer || shape < 0 || shape > 2) return;
     w->pointer = shape;
     if (w->cursors[shape]) x.DefineCursor(w->display, w->window, w->cursors[shape]);
@@ -276,10 +278,8 @@ static int key_of(xpointer *e) {
 
 /* Passes a key on: to the picture or, if that does not use it, to the host. */
 static void take_key(lb_window *w, xevent *e) {
-    const unsigned state = e->pointer.state;
-    const int modifiers = (state & SHIFT ? LB_SHIFT : 0) | (state & CONTROL ? LB_CONTROL : 0) | (state & MOD1 ? LB_ALT : 0);
     const int key = key_of(&e->pointer);
-    if ((key && lb_key(w->picture, key, modifiers)) || e->pointer.head.send_event || !w->parent) return;
+    if ((key && lb_key(w->picture, key, modifiers_of(&e->pointer))) || e->pointer.head.send_event || !w->parent) return;
     e->pointer.window = w->parent;
     x.SendEvent(w->display, w->parent, 1, KEYS, e);
 }

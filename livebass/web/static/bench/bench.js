@@ -40,12 +40,6 @@ export class Bench {
     return unit === "%" ? own * (1 + value / 100) : own + value + all;
   }
 
-  // The slider value that gives the result `number`.
-  toward(symbol, number) {
-    const {own, unit} = this.controls.get(symbol);
-    return hundredths(unit === "%" ? 100 * (number / own - 1) : number - own);
-  }
-
   // --- changes ---
 
   // Keeps the present state for `undo`.
