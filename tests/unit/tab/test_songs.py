@@ -443,8 +443,8 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
     ),
     "bars without a signature": (
         scored(plain("G", 2, 8), "<attributes><time><senza-misura/></time></attributes>" + plain("A", 2, 2),
-               plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4) + "<forward><duration>4</duration></forward>",
-               plain("A", 2, 4)),
+               plain("B", 2, 2) + plain("A", 2, 4),
+               SIGNATURE + plain("B", 2, 4) + "<forward><duration>4</duration></forward>", plain("A", 2, 4)),
         [(0, 3, 0), (2, 3, 2), (2.5, 3, 4), (3, 3, 2), (4, 3, 4), (6, 3, 2)],
     ),
     "notes without a duration": (
