@@ -48,6 +48,14 @@ def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 
     assert "Traceback" not in err and "internal error" not in err, err
 
 
+def refusal(run: Run, *arguments: object, status: int | None = None) -> str:
+    """The error of a command that must fail in one clear line, with `status` or, by default, 1 or 2."""
+    found, out, err = run(*arguments)
+    assert_one_clear_line(found, err, (1, 2) if status is None else (status,))
+    assert not out
+    return err
+
+
 def cli_text(run: Run, *arguments: object) -> str:
     """The output of a command that must succeed."""
     status, out, err = run(*arguments)

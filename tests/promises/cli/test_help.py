@@ -14,7 +14,7 @@ from pathlib import Path
 
 import click
 import pytest
-from support.command import Run, assert_one_clear_line, cli_text
+from support.command import Run, cli_text, refusal
 from support.helps import commands
 from support.programs import load
 from support.quoted import PAGES, README, ROOT, command_of, context, every_command, quoted_commands
@@ -52,9 +52,7 @@ def test_help_alone_lists_the_pages(run: Run) -> None:
 
 @pytest.mark.parametrize("page", ["no-such-page", "render", "../../README", ""])
 def test_an_unknown_page_is_one_line_that_names_those_there_are(run: Run, page: str) -> None:
-    status, out, err = run("help", page)
-    assert_one_clear_line(status, err, (2,))
-    assert not out and ", ".join(handbook.PAGES) in err
+    assert ", ".join(handbook.PAGES) in refusal(run, "help", page, status=2)
 
 
 @pytest.mark.parametrize(
@@ -75,9 +73,8 @@ def test_the_beginning_of_a_name_opens_its_page(run: Run, word: str, page: str) 
     ],
 )
 def test_a_name_that_is_misspelt_is_answered_with_the_nearest(run: Run, word: str, page: str | None) -> None:
-    status, out, err = run("help", word)
-    assert_one_clear_line(status, err, (2,))
-    assert not out and (f"did you mean {page}?" in err if page else "did you mean" not in err)
+    err = refusal(run, "help", word, status=2)
+    assert f"did you mean {page}?" in err if page else "did you mean" not in err
 
 
 GROUPED = [path for path, command in commands() if isinstance(command, GroupedCommand)]

@@ -48,7 +48,6 @@ def _interrupted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, tmp_path_facto
     def interrupt() -> NoReturn:
         raise KeyboardInterrupt
 
-    monkeypatch.chdir(tmp_path)
     for variable in ("XDG_DATA_HOME", "HOME"):
         monkeypatch.setenv(variable, str(tmp_path_factory.mktemp("home")))
     Path("song.mid").write_bytes(GOOD)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import GOOD, Run, assert_one_clear_line
+from support.command import GOOD, Run, assert_one_clear_line, refusal
 from support.costs import quick
 from support.engine import FakeEngine
 
@@ -73,16 +73,13 @@ def test_pipes_that_cannot_take_it(run: Run, tmp_path: Path) -> None:
     assert b"-: cannot be written: No space left on device" in done.stderr
     done = shell(f"{{ {note}; echo $? >&2; }} | true", tmp_path)
     assert done.stderr.decode().splitlines()[-1] == "141" and b"Traceback" not in done.stderr
-    status, _, err = run(*NOTE, "-o", "-", "--stems")
-    assert_one_clear_line(status, err, (2,))
+    refusal(run, *NOTE, "-o", "-", "--stems", status=2)
     assert not list(tmp_path.iterdir())
 
 
 def test_sound_does_not_go_to_a_terminal(fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    status, out, err = run("render", "--note", "G2", "-o", "-")
-    assert_one_clear_line(status, err, (2,))
-    assert "terminal" in err and not out
+    assert "terminal" in refusal(run, "render", "--note", "G2", "-o", "-", status=2)
 
 
 @pytest.mark.parametrize(
@@ -187,9 +184,7 @@ def test_rates_have_units_everywhere(run: Run, tmp_path: Path) -> None:
     how = ("--apex", "1mm", "--duration", "5ms", "-q", "live", "--rate", "22.05kHz", "-o", tmp_path / "d")
     assert run("simulate", *how)[0] == 0
     assert np.load(tmp_path / "d" / "result.npz")["output_rate_hz"] == 22050
-    status, _, err = run("play", "--rate", "44.1")
-    assert_one_clear_line(status, err, (2,))
-    assert "a whole number of Hz from 22.05 kHz to 192 kHz" in err
+    assert "a whole number of Hz from 22.05 kHz to 192 kHz" in refusal(run, "play", "--rate", "44.1", status=2)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, assert_one_clear_line, refusal
 from support.places import GROWLY, RECORDINGS
 from support.tabs import as_gp5, beats, note, tab
 
@@ -110,8 +110,7 @@ def test_a_missing_package_gets_one_line_with_exactly_the_needed_extras(
     monkeypatch.setattr("livebass.plugin.build.is_built", lambda _: False)
     if missing != "sounddevice":  # which play needs when it opens its device
         monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: pytest.fail("it works"))
-    status, _, err = run(*line)
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, *line, status=1)
     assert err.rstrip("\n").partition("; --no-picture")[0].endswith(install(extras)), err
 
 
