@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 Run = Callable[..., tuple[int, str, str]]  # arguments -> status, stdout, stderr
 
@@ -24,9 +28,31 @@ GOOD = song(BASS, NOTE)
 CHORD = b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
 
 
-def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "livebass", *map(str, arguments)]
-    return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
+def command(*arguments: object, **options: Any) -> subprocess.CompletedProcess[Any]:
+    """Runs the command line in a process of its own."""
+    given = {"capture_output": True, "text": True, "timeout": 300} | options
+    return subprocess.run([sys.executable, "-m", "livebass", *map(str, arguments)], check=False, **given)
+
+
+@contextmanager
+def rendering_for_long(out: Path) -> Iterator[subprocess.Popen[str]]:
+    """Renders an hour of sound into `out` and files for the strings; killed in the end."""
+    line = [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems", "-o"]
+    with subprocess.Popen([*line, str(out)], stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def python(
+    code: str, *arguments: object, env: Mapping[str, str] = MappingProxyType({}), **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """Runs a program, which finds what tests import, in a process of its own with `env` in its environment."""
+    line = [sys.executable, "-c", code, *map(str, arguments)]
+    given = {"capture_output": True, "text": True, "timeout": 600, "check": False} | options
+    paths = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return subprocess.run(line, env=os.environ | paths | env, **given)
 
 
 @contextmanager

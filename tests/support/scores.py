@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from itertools import cycle
+
 import numpy as np
 
 from livebass import Quality, Score, load_preset
@@ -12,6 +15,16 @@ from livebass.rows.arrays import Floats
 SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)
 RATE = 44100
+
+
+def blocks(frames: int, sizes: Iterable[int], start: int = 0) -> Iterator[tuple[int, int]]:
+    """The first frame and the size of blocks of `sizes`, in turn, that have `frames` from `start` on, or more."""
+    begin = start
+    for size in cycle(sizes):
+        if begin >= start + frames:
+            return
+        yield begin, size
+        begin += size
 
 
 def busy_score(rate: int = RATE) -> Score:
@@ -41,12 +54,11 @@ def busy_score(rate: int = RATE) -> Score:
 def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
     """`score` played in blocks of `sizes`, over and over; each block's messages are sent before it."""
     engine = Engine(load_preset(preset), QUICK, score.rate)
-    blocks, sent, i = [], 0, 0
-    while engine.frame < score.end_frame:
-        count = min(sizes[i % len(sizes)], score.end_frame - engine.frame)
-        until = int(np.searchsorted(score.frames, engine.frame + count))
-        if until > sent:
-            engine.send(score.frames[sent:until], score.messages[sent:until])
-        blocks.append(engine.process(count))
-        sent, i = until, i + 1
-    return np.concatenate(blocks, axis=1)
+    out = []
+    for begin, size in blocks(score.end_frame, sizes):
+        count = min(size, score.end_frame - begin)
+        first, until = np.searchsorted(score.frames, (begin, begin + count))
+        if until > first:
+            engine.send(score.frames[first:until], score.messages[first:until])
+        out.append(engine.process(count))
+    return np.concatenate(out, axis=1)
