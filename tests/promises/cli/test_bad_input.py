@@ -22,12 +22,15 @@ from support.command import (
     Run,
     assert_one_clear_line,
     cli_text,
+    command,
     refusal,
+    rendering_for_long,
     small_files,
     song,
 )
 from support.costs import quick
 from support.engine import FakeEngine
+from support.jack import wait_for
 from support.needs import CLOSED, HANGUP
 
 from livebass.compiling import library
@@ -182,8 +185,7 @@ def test_a_defect_is_one_line_too(fake: type[FakeEngine], run: Run, monkeypatch:
 
 def test_a_full_stdout_and_a_closed_pipe() -> None:
     with open("/dev/full", "w") as full:
-        line = [sys.executable, "-m", "livebass", "presets", "list"]
-        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        done = command("presets", "list", capture_output=False, stdout=full, stderr=subprocess.PIPE)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
         assert "standard output: cannot be written" in done.stderr
     process = subprocess.Popen(
@@ -199,10 +201,9 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
 def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
     library.library()  # The kernels' files exceed the limit.
     with small_files():
-        status, _, err = run(
-            "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav"
+        err = refusal(
+            run, *["render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", "a.wav"], status=1
         )
-    assert_one_clear_line(status, err, (1,))
     assert "File too large" in err and not list(tmp_path.iterdir())
 
 
@@ -220,25 +221,14 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor do several: more come `again` s after the first."""
     out = tmp_path / "long.wav"
-    with subprocess.Popen(
-        [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
-         "-o", str(out)],
-        stderr=subprocess.PIPE, text=True,
-    ) as process:  # fmt: skip
-        try:
-            for _ in range(900):
-                if list(tmp_path.iterdir()) or process.poll() is not None:
-                    break
-                time.sleep(0.1)
-            assert list(tmp_path.iterdir()), "nothing was begun"
-            time.sleep(0.3)
-            process.send_signal(number)
-            for pause in again:
-                time.sleep(pause)
-                process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=60)
-        finally:
-            process.kill()
+    with rendering_for_long(out) as process:
+        wait_for(lambda: list(tmp_path.iterdir()), process=process)
+        time.sleep(0.3)
+        process.send_signal(number)
+        for pause in again:
+            time.sleep(pause)
+            process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
     # Of two signals waiting for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
     assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())

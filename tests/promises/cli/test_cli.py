@@ -14,7 +14,7 @@ from typing import NoReturn
 import numpy as np
 import pytest
 import soundfile
-from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, refusal, song
+from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, python, refusal, song
 from support.engine import FakeEngine
 from support.places import ROOT
 
@@ -123,7 +123,7 @@ def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
         "sys.exit(status or ('numba' in sys.modules) * 9)"
     )
-    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60)
+    done = python(code, *arguments, timeout=60)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout
 
 
@@ -150,8 +150,8 @@ def test_a_note_loads_no_compiler_and_no_reader_of_music(tmp_path: Path) -> None
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
         "print(sorted({'numba', 'llvmlite', 'livebass.score.reading', 'zipfile', 'csv'} & set(sys.modules)))"
     )
-    note = ["render", "--note", "E2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", str(tmp_path / "e.wav")]
-    done = subprocess.run([sys.executable, "-c", code, *note], capture_output=True, text=True, timeout=600)
+    note = ["render", "--note", "E2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", "e.wav"]
+    done = python(code, *note)
     assert done.stdout == "[]\n" and (tmp_path / "e.wav").exists(), done.stderr
 
 
@@ -296,19 +296,8 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
     options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz", "--temperament", "Just")
     assert run(*note, tmp_path / "b.wav", "-p", "slap", *options)[0] == 0
     assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
-    default = (
-        *note,
-        tmp_path / "c.wav",
-        "-p",
-        tmp_path / "mine.toml",
-        "--tuning",
-        "standard",
-        "--capo",
-        "0",
-        "--a4",
-        "440",
-    )
-    assert "has E1 to" in refusal(run, *default, status=2)
+    default = ("-p", tmp_path / "mine.toml", "--tuning", "standard", "--capo", "0", "--a4", "440")
+    assert "has E1 to" in refusal(run, *note, "c.wav", *default, status=2)
 
 
 def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -> None:

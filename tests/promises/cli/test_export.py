@@ -147,10 +147,8 @@ def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
 def test_help_names_every_system(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SYSTEMS, "beos-ppc", this_system())
     for kind in BUNDLES:
-        reported = " ".join(cli_text(run, "export", kind, "--help").split()).replace(
-            "- ", "-"
-        )  # lines break at hyphens
-        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in reported
+        words = " ".join(cli_text(run, "export", kind, "--help").split()).replace("- ", "-")  # lines break at hyphens
+        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in words
 
 
 def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> None:
