@@ -6,7 +6,9 @@ import gc
 import itertools
 import os
 import signal
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, closing
+from typing import Any
 
 import pytest
 
@@ -98,6 +100,13 @@ def nothing_remembered(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest
     monkeypatch.setenv(
         "LIVEBASS_SETTINGS", str(tmp_path_factory.getbasetemp() / "none" / str(next(NUMBERS)) / "a.toml")
     )
+
+
+@pytest.fixture
+def lend() -> Iterator[Callable[[Any], Any]]:
+    """Passes on what has a `close`, and calls that after the test, for the last one first."""
+    with ExitStack() as lent:
+        yield lambda made: lent.enter_context(closing(made))
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ from __future__ import annotations
 import ctypes as c
 import locale
 import time
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -38,34 +37,13 @@ from support.clap import (
     value,
 )
 
-from livebass import load_preset
-from livebass.plugin import clap, vst3
 from livebass.plugin.systems import this_system
 from livebass.rows.arrays import Floats
 
+BASSES = ("jazz-finger", "slap")
 RATES = (1000.0, 1234.5678, 22050.0, 44100.0, 123456.78, 768000.0, 1234567.8)  # Hz
 TINY = float(np.finfo(np.float32).tiny)
 ROUNDS = 12  # rounds of random values and events
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("requested") / "clap"
-    clap.write_bundle({name: load_preset(name) for name in ("jazz-finger", "slap")}, made)
-    return made
-
-
-@pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("requested") / "livebass.vst3"
-    vst3.write_bundle({"jazz-finger": load_preset("jazz-finger")}, made)
-    return made
-
-
-@pytest.fixture
-def plugin(folder: Path) -> Iterator[Plugin]:
-    with closing(Plugin(folder)) as made:
-        yield made
 
 
 def assert_sound(sound: Floats) -> None:
@@ -117,9 +95,13 @@ def events(rng: np.random.Generator, count: int, frames: int) -> list[Any]:
             midi(rng.integers(0, 256, 3, dtype=np.uint8).tobytes()), midi(bytes([0xB0, *low7])),
         ]  # fmt: skip
         made.append(any_event[rng.integers(len(any_event))])
-    for event, when in zip(made, sorted(rng.integers(0, frames, count).tolist()), strict=True):
+    return at_random_frames(rng, frames, made)
+
+
+def at_random_frames(rng: np.random.Generator, frames: int, events: list[Any]) -> list[Any]:
+    for event, when in zip(events, sorted(rng.integers(0, frames, len(events)).tolist()), strict=True):
         event.time = when
-    return made
+    return events
 
 
 def test_any_notes_give_a_sound_without_subnormal_numbers(plugin: Plugin) -> None:
@@ -136,12 +118,10 @@ def test_any_values_give_a_sound(plugin: Plugin) -> None:
     rng = np.random.default_rng(2)
     params = [p for p in plugin.params() if not p.flags & 1 << 3]  # 3: read only
     for k in range(ROUNDS):
-        moved = [
+        moved = at_random_frames(rng, 1000, [
             value(p.id, rng.uniform(p.minimum, p.maximum) if k % 2 else (p.minimum, p.maximum)[rng.integers(2)])
             for p in params
-        ]
-        for event, when in zip(moved, sorted(rng.integers(0, 1000, len(moved)).tolist()), strict=True):
-            event.time = when
+        ])  # fmt: skip
         assert_sound(plugin.block(1000, [note_on(28 + 2 * k, 0.9), *moved]))
         plugin.work()
 
@@ -170,7 +150,7 @@ def test_events_of_another_space_change_nothing(plugin: Plugin) -> None:
 def test_values_and_texts_agree(plugin: Plugin) -> None:
     rng = np.random.default_rng(4)
     for p in plugin.params():
-        for x in rng.uniform(p.minimum, p.maximum, 20):
+        for x in (p.minimum, p.default, p.maximum, *rng.uniform(p.minimum, p.maximum, 20)):
             x = round(x) if p.flags & 1 else x  # 1: stepped
             text = plugin.text(p.id, x)
             read = plugin.value_of(p.id, text)
@@ -221,10 +201,8 @@ LINUX = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="the hos
 
 
 @pytest.fixture
-def other(bundle: Path) -> Iterator[low.Plugin]:
-    plugin = low.Plugin(bundle)
-    yield plugin
-    plugin.close()
+def other(vst3_bundle: Path, lend: Any) -> low.Plugin:
+    return lend(low.Plugin(vst3_bundle))  # type: ignore[no-any-return]
 
 
 @LINUX
@@ -246,8 +224,8 @@ def test_parameters_of_vst3_have_what_hosts_need(other: low.Plugin) -> None:
 
 @LINUX
 @pytest.mark.parametrize("which", [low.MONO, low.STRINGS])
-def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
-    plugin = low.Plugin(bundle, which)
+def test_buses_are_as_they_say(vst3_bundle: Path, lend: Any, which: int) -> None:
+    plugin = lend(low.Plugin(vst3_bundle, which))
     component, found = plugin.component, c.create_string_buffer(16)
     assert component.call(5, c.addressof(found)) != 0, "the object is its own controller"
     assert component.call(7, low.I32(1), low.I32(0)) == 1 and component.call(7, low.I32(0), low.I32(0)) == 0
@@ -266,43 +244,39 @@ def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
             if media == 0:
                 reported = plugin.processor.call(4, low.I32(direction), low.I32(index), c.addressof(arrangement))
                 assert (reported == 0) == exists and arrangement.value.bit_count() == (bus.channels if exists else 0)
-    plugin.close()
 
 
 @LINUX
-def test_it_begins_and_ends_in_any_legal_order(bundle: Path) -> None:
+def test_it_begins_and_ends_in_any_legal_order(other: low.Plugin) -> None:
     """Terminated and initialized again, prepared again without an end, with blocks longer than announced."""
-    plugin = low.Plugin(bundle)
     for rate, maximum in ((44100.0, 64), (96000.0, 1024), (48000.0, 32)):
         for on in (0, 1, 0, 1):  # setActive, setProcessing
             setup = low.Setup(low.REAL_TIME, 0, maximum, rate)
             if not on:
-                assert plugin.component.call(11, c.c_uint8(0)) == 0
-                assert plugin.processor.call(7, c.addressof(setup)) == 0
+                assert other.component.call(11, c.c_uint8(0)) == 0
+                assert other.processor.call(7, c.addressof(setup)) == 0
                 continue
-            assert plugin.component.call(11, c.c_uint8(1)) == 0 == plugin.processor.call(8, c.c_uint8(1))
-            sound = plugin.block(2 * maximum, [low.note_on(40, 0.9, 1)])
+            assert other.component.call(11, c.c_uint8(1)) == 0 == other.processor.call(8, c.c_uint8(1))
+            sound = other.block(2 * maximum, [low.note_on(40, 0.9, 1)])
             assert_sound(sound)
-            assert sound.any() and plugin.processor.call(8, c.c_uint8(0)) == 0
+            assert sound.any() and other.processor.call(8, c.c_uint8(0)) == 0
     for _ in range(2):
-        assert plugin.component.call(11, c.c_uint8(0)) == plugin.component.call(4) == 0
-        assert plugin.component.call(11, c.c_uint8(1)) != 0, "not while it is terminated"
-        assert plugin.component.call(3, None) == 0 == plugin.component.call(11, c.c_uint8(1))
-        assert plugin.block(256, [low.note_on(40, 0.9, 1)]).any()
-    plugin.close()
+        assert other.component.call(11, c.c_uint8(0)) == other.component.call(4) == 0
+        assert other.component.call(11, c.c_uint8(1)) != 0, "not while it is terminated"
+        assert other.component.call(3, None) == 0 == other.component.call(11, c.c_uint8(1))
+        assert other.block(256, [low.note_on(40, 0.9, 1)]).any()
 
 
 @LINUX
-def test_values_without_sound_are_taken(bundle: Path) -> None:
+def test_values_without_sound_are_taken(vst3_bundle: Path, lend: Any) -> None:
     """A block with no frames and no outputs still moves parameters."""
     sounds = []
     for flush in (False, True):
-        plugin = low.Plugin(bundle)
+        plugin = lend(low.Plugin(vst3_bundle))
         points = [(0, 0, 0.5), (1, 0, 0.1)]
         if flush:
             outputs, plugin.outputs = plugin.outputs, 0
             plugin.block(0, points=points)
             plugin.outputs = outputs
         sounds.append(plugin.block(2048, [low.note_on(40, 0.9, 1)], [] if flush else points))
-        plugin.close()
     assert np.array_equal(*sounds) and sounds[0].any()

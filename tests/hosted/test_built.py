@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,27 +14,19 @@ from support.plugins import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.engine.render import mix_strings
-from livebass.plugin import clap
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import SLIDER_ROWS
 
 PRESET = "jazz-finger"
+BASSES = (PRESET,)
 NUMBERS = {symbol: row.parameter.number for symbol, row in SLIDER_ROWS.items()}
 SCORE = score_of([(0.0, 0.5, 28, 110), (0.2, 0.6, 36, 80)], RATE)
 FRAMES = 16000
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("built") / "livebass"
-    clap.write_bundle({PRESET: load_preset(PRESET)}, made)
-    return made
-
-
 @pytest.fixture
-def plugin(folder: Path) -> Iterator[Plugin]:
-    with closing(Plugin(folder, active=False)) as made:
-        yield made
+def plugin(folder: Path, lend: Any) -> Plugin:
+    return lend(Plugin(folder, active=False))  # type: ignore[no-any-return]
 
 
 def render(file: Path | str) -> Floats:
@@ -70,14 +62,13 @@ def test_it_sounds_as_the_preset_with_these_values(plugin: Plugin, tmp_path: Pat
     assert np.array_equal(sound, wanted) and np.abs(own - wanted).max() > 0.02 * np.abs(wanted).max()
 
 
-def test_a_pages_link_in_a_plugin_sounds_as_a_render(plugin: Plugin, tmp_path: Path) -> None:
+def test_a_pages_link_in_a_plugin_sounds_as_a_render(plugin: Plugin, tmp_path: Path, lend: Any) -> None:
     """Bit for bit, pasted into a window and saved with the session; test_change.py: the page makes the same file."""
     values = {"action": -1.2, "gauge": 10, "fret": 7, "fret_height": 0.12, "pickup_2_place": 9.04}
     link = f"https://example.org/livebass/#like={PRESET}&" + "&".join(f"{name}={x}" for name, x in values.items())
-    host = Host(shelf(tmp_path, ["slap", PRESET]), RATE)
+    host = lend(Host(shelf(tmp_path, ["slap", PRESET]), RATE))
     assert library().lb_take_text(host.address, link.encode()) is None
     assert plugin.load(host.save())
-    host.close()
     plugin.activate()
     plugin.offline()
     assert np.array_equal(plugin.play(SCORE, FRAMES), render(preset_of(values, tmp_path)))

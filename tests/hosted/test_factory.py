@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from support import vst3 as vst3host
 from support.clap import RELIEF, Library, Plugin
-from support.needs import pedalboard
+from support.needs import package
 from support.picture import Host, library
-from support.plugins import RATE, hard_score
+from support.plugins import RATE, hard_score, messages_in_s
 
 from livebass import QUALITIES, load_preset
 from livebass.engine.engine import Engine, single
@@ -27,21 +27,13 @@ from livebass.preset.sounds import sound_title, sound_values, sounds_of
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import SLIDER_ROWS
 
-NAMES = ("jazz-finger", "slap")
-FACTORY = [name for bass in NAMES for name in sounds_of(bass)]
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("factory") / "livebass-clap"
-    clap.write_bundle({name: load_preset(name) for name in NAMES}, made)
-    return made
+BASSES = ("jazz-finger", "slap")
+FACTORY = [name for bass in BASSES for name in sounds_of(bass)]
 
 
 @pytest.fixture
-def plugin(folder: Path) -> Iterator[Plugin]:
-    with closing(Plugin(folder, active=False)) as made:
-        yield made
+def plugin(folder: Path, lend: Any) -> Plugin:
+    return lend(Plugin(folder, active=False))  # type: ignore[no-any-return]
 
 
 def render(bass_name: str, values: dict[str, float] | None = None) -> tuple[Floats, float]:
@@ -56,7 +48,7 @@ def test_the_bundle_has_the_sounds_of_its_basses_and_may_be_replaced(folder: Pat
     assert sorted(file.stem for file in (folder / SOUNDS).iterdir()) == sorted(map(sound_title, FACTORY))
     assert clap.is_bundle(sorted(folder.iterdir()))
     found = [title for title, *_ in Library(folder).presets()]
-    assert found == [*(load_preset(name).name for name in NAMES), *sorted(map(sound_title, FACTORY))]
+    assert found == [*(load_preset(name).name for name in BASSES), *sorted(map(sound_title, FACTORY))]
 
 
 @pytest.mark.parametrize("name", FACTORY)
@@ -76,8 +68,8 @@ def test_a_sound_plays_what_render_makes_of_it(plugin: Plugin, folder: Path, nam
         assert np.abs(sound[:n] - gain * wanted[:n]).max() < 1e-6
 
 
-def test_the_window_lists_them_first_and_deletes_none(folder: Path) -> None:
-    host = Host(folder)
+def test_the_window_lists_them_first_and_deletes_none(folder: Path, lend: Any) -> None:
+    host = lend(Host(folder))
     before = host.sounds()
     assert before == sorted(map(sound_title, FACTORY))
     assert host.save_sound() == "Jazz bass, fingers 1" and host.sounds() == [*before, "Jazz bass, fingers 1"]
@@ -85,11 +77,10 @@ def test_the_window_lists_them_first_and_deletes_none(folder: Path) -> None:
     assert host.sounds() == [*before, "Jazz bass, fingers 1"]
     library().lb_remove_sound(host.address, len(before))
     assert host.sounds() == before
-    host.close()
 
 
 def test_lv2_hosts_get_them_as_presets() -> None:
-    basses = {name: load_preset(name) for name in NAMES}
+    basses = {name: load_preset(name) for name in BASSES}
     files = lv2.bundle_files(basses, instrument_files(basses), b"", this_system())
     text, listed = files[lv2.PRESETS].decode(), files[lv2.MANIFEST].decode()
     for name in FACTORY:
@@ -120,18 +111,11 @@ def test_a_tuning_on_the_bench_sounds_as_render_makes_it(plugin: Plugin, tmp_pat
 LINUX = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="hosts on Linux")
 
 
-@pytest.fixture(scope="module")
-def vst3_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("factory") / "livebass.vst3"
-    vst3.write_bundle({name: load_preset(name) for name in NAMES}, made)
-    return made
-
-
 @LINUX
 def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle: Path, tmp_path: Path) -> None:
     """Each is what the plugin saves after it has loaded the sound; a new export replaces them, and nothing else."""
-    vst3.write_presets(NAMES, tmp_path)
-    vst3.write_presets(NAMES, tmp_path)
+    vst3.write_presets(BASSES, tmp_path)
+    vst3.write_presets(BASSES, tmp_path)
     for which, name in ((vst3host.MONO, "livebass"), (vst3host.STRINGS, "livebass strings")):
         files = sorted((tmp_path / name).iterdir())
         assert [file.stem for file in files] == sorted(map(sound_title, FACTORY))
@@ -149,23 +133,19 @@ def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle:
         plugin.close()
     (tmp_path / "livebass" / "song.txt").touch()
     with pytest.raises(OutputError):
-        vst3.write_presets(NAMES, tmp_path)
+        vst3.write_presets(BASSES, tmp_path)
 
 
 @LINUX
 def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) -> None:
     """As `render` plays the sound, but for values that the host rounds to 32 bits."""
-    vst3.write_presets(NAMES, tmp_path)
-    plugin = pedalboard().load_plugin(str(vst3_bundle), plugin_name="livebass")
+    vst3.write_presets(BASSES, tmp_path)
+    plugin = package("pedalboard", "").load_plugin(str(vst3_bundle), plugin_name="livebass")
     name = next(name for name in FACTORY if dict(load_preset(name).played).get("gain", 0.0) == 0.0)
     plugin.load_preset(str(tmp_path / "livebass" / f"{sound_title(name)}.vstpreset"))
     score = hard_score()
     wanted, _ = render(name)
     n = len(wanted) - RATE // 20
     plugin.relief_under_overload = False
-    notes = [
-        (message.tobytes(), (frame + 0.25) / RATE)
-        for frame, message in zip(score.frames.tolist(), score.messages, strict=True)
-    ]
-    sound = plugin(notes, (n + 0.25) / RATE, RATE, 1, 512, True)[0]
+    sound = plugin(messages_in_s(score), (n + 0.25) / RATE, RATE, 1, 512, True)[0]
     assert np.abs(sound[:n] - wanted[:n]).max() < 1e-4 * np.abs(wanted).max()

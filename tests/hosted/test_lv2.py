@@ -7,18 +7,18 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from support import plugins
+from support.command import python
 from support.costs import quick
 from support.lv2 import Plugin
 from support.needs import tool
@@ -50,9 +50,8 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def plugin(bundle: Path) -> Iterator[Plugin]:
-    with closing(Plugin(bundle)) as made:
-        yield made
+def plugin(bundle: Path, lend: Any) -> Plugin:
+    return lend(Plugin(bundle))  # type: ignore[no-any-return]
 
 
 def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
@@ -90,16 +89,15 @@ def keep(plugin: Plugin) -> dict[int, tuple[bytes, int]]:
 
 
 @pytest.mark.parametrize("preset", quick(["five-string", "six-string"], ["six-string"]))
-def test_five_and_six_strings_have_an_output_each(bundle: Path, preset: str) -> None:
+def test_five_and_six_strings_have_an_output_each(bundle: Path, lend: Any, preset: str) -> None:
     """The second plugin plays the stems of `render --stems`; their sum is the first plugin's sound bit for bit."""
-    plugin, score = Plugin(bundle, index=1, outputs=MAX_STRINGS), score_of(NOTES, RATE)
+    plugin, score = lend(Plugin(bundle, index=1, outputs=MAX_STRINGS)), score_of(NOTES, RATE)
     wanted = stems(preset, score)
     assert plugin.restore(state_of(plugin, preset)) == 0
     outs = plugin.play(score, wanted.shape[1], (300, 2000, 7))
     assert np.array_equal(outs[: len(wanted)], wanted)
     assert not outs[len(wanted) :].any()
     assert np.array_equal(mix_strings(outs), hard(preset)[1])
-    plugin.close()
 
 
 def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
@@ -180,30 +178,23 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
     assert not plugin.jobs and not plugin.logged
 
 
-def test_the_users_own_instruments_come_after_the_bundles(
-    bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_users_own_instruments_come_after_the_bundles(own: Path, bundle: Path, lend: Any) -> None:
     """By name; one named like a bundled instrument is left out."""
-    folder = tmp_path / "livebass"
-    folder.mkdir()
+    own.mkdir(parents=True)
     for name, preset in (("mine", "muted"), ("a-bass", "slap"), ("slap", "muted")):
-        write_instrument(load_preset(preset), folder / f"{name}.lbass")
-    (folder / "note.txt").write_text("no instrument")
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    plugin = Plugin(bundle)
+        write_instrument(load_preset(preset), own / f"{name}.lbass")
+    (own / "note.txt").write_text("no instrument")
+    plugin = lend(Plugin(bundle))
     score, wanted = hard("muted")
     for number, name in ((len(PRESETS), b"a-bass\0"), (len(PRESETS) + 1, b"mine\0"), (1, b"slap\0")):
         plugin.controls["bass"].value = number
-        for _ in range(40):
-            plugin.block(1024)
-            plugin.work()
+        settle(plugin)
         assert plugin.save()[plugin.number(f"{URI}#bass")][0] == name
     plugin.controls["bass"].value = len(PRESETS) + 2  # there is no such bass: nothing changes
     plugin.block(64)
     assert not plugin.jobs and not plugin.logged
     assert plugin.restore(state_of(plugin, "mine")) == 0
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-    plugin.close()
 
 
 def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
@@ -232,19 +223,18 @@ def test_a_host_runs_it(bundle: Path) -> None:
         assert done.returncode == 0 and uri in done.stdout, done.stdout + done.stderr
 
 
-def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin) -> None:
+def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin, lend: Any) -> None:
     """Studio quality and a seed too, in a plugin whose ports disagree."""
     assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) == 0
     state = plugin.save()
     assert keep(plugin) == state_of(plugin, "slap", quality=1, seed=7)
-    other = Plugin(bundle)
+    other = lend(Plugin(bundle))
     other.uris[:] = plugin.uris
     assert other.restore(state) == 0 and other.save() == state
     score = score_of(NOTES[:3], RATE)
     other.controls["quality"].value = 0.0
     assert np.array_equal(other.play(score, 4800), plugin.play(score, 4800))
     assert not other.jobs
-    other.close()
 
 
 def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path: Path) -> None:
@@ -263,7 +253,7 @@ def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path:
     assert fixed == 2 * ["bass", "quality", "running_ahead", "relief", "cores"]
 
 
-def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> None:
+def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path, lend: Any) -> None:
     basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
     write_bundle(basses, tmp_path / "livebass.lv2", qualities={"jazz-finger": "studio"})
     ports = (tmp_path / "livebass.lv2" / "livebass.ttl").read_text().split("lv2:index")
@@ -275,9 +265,8 @@ def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> N
     wanted += [quality for _ in range(2) for bass, quality in by_bass.items() for _ in sounds_of(bass)]
     assert re.findall(r'"quality" ; pset:value (\d)', presets) == wanted
     assert re.findall(r'#quality> "(\d)"', presets) == wanted
-    plugin = Plugin(tmp_path / "livebass.lv2")
+    plugin = lend(Plugin(tmp_path / "livebass.lv2"))
     assert plugin.save()[plugin.number(f"{URI}#quality")][0] == (1).to_bytes(8, "little")
-    plugin.close()
 
 
 def test_names_of_keys_follow_the_bass(tmp_path: Path) -> None:
@@ -296,9 +285,7 @@ def test_names_of_keys_follow_the_bass(tmp_path: Path) -> None:
         assert len(list(document.iter("AvailableChannel"))) == 16
         return {int(e.get("Number", -1)): e.get("Name", "") for e in document.iter("Note")}
 
-    default = shown()
-    assert sorted(default) == sorted(key for key, *_ in MODO.keys)
-    assert (default[10], default[12], default[16]) == ("Ghost notes", "Hammer-on", "String E")
+    assert sorted(shown()) == sorted(key for key, *_ in MODO.keys)
     plugin.controls["bass"].value = 1.0
     settle(plugin)
     plugin.block(64)
@@ -379,11 +366,10 @@ def settle(plugin: Plugin) -> None:
         plugin.work()
 
 
-def test_without_a_worker_it_plays_its_first_bass(bundle: Path) -> None:
-    plugin, (score, wanted) = Plugin(bundle, worker=False), hard("jazz-finger")
+def test_without_a_worker_it_plays_its_first_bass(bundle: Path, lend: Any) -> None:
+    plugin, (score, wanted) = lend(Plugin(bundle, worker=False)), hard("jazz-finger")
     plugin.controls["bass"].value = 1.0
     assert np.array_equal(plugin.play(score, 9600), wanted[:9600])
-    plugin.close()
 
 
 def test_a_state_whose_instrument_is_damaged_is_kept(tmp_path: Path) -> None:
@@ -406,11 +392,7 @@ def test_the_binary_is_small_and_exports_what_hosts_ask_for(bundle: Path) -> Non
 
 def in_python(script: str, bundle: Path, **environment: str) -> str:
     """The output of a script run in its own process, with the bundle as its argument."""
-    paths = os.pathsep.join(filter(None, sys.path))
-    done = subprocess.run(
-        [sys.executable, "-c", script, bundle], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": paths} | environment,
-    )  # fmt: skip
+    done = python(script, bundle, env=environment)
     assert done.returncode == 0, (done.returncode, done.stderr)
     return done.stdout
 

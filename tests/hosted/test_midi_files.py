@@ -15,6 +15,7 @@ import pytest
 from support.choices import BASSES, RATES, Bass
 from support.picture import library
 from support.songs import damaged, make
+from support.structures import struct
 
 from livebass.kernels.score.memory import PLAYED, PROGRAM
 from livebass.plugin.systems import this_system
@@ -29,19 +30,12 @@ MAX_PARTS = 64
 PLACE = Path("song.mid")
 
 
-class Reading(c.Structure):
-    """What the C finds."""
-
-    _fields_ = [
-        *((name, c.c_int64) for name in ("count", "end", "left_out", "raised", "parts")), ("line", c.c_char * 4096),
-        ("text", (c.c_char * 400) * MAX_PARTS),
-    ]  # fmt: skip
-
-
-class Keys(c.Structure):
-    """lb_keys."""
-
-    _fields_ = [("lowest", c.c_int), ("highest", c.c_int), ("switches", c.c_uint8 * 128)]
+# What the C finds
+Reading = struct(
+    **dict.fromkeys(("count", "end", "left_out", "raised", "parts"), c.c_int64), line=c.c_char * 4096,
+    text=(c.c_char * 400) * MAX_PARTS,
+)  # fmt: skip
+Keys = struct(lowest=c.c_int, highest=c.c_int, switches=c.c_uint8 * 128)  # lb_keys
 
 
 def in_c(data: bytes, rate: int, bass: Bass) -> tuple[str, list[Any]]:

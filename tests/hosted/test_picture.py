@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes as c
 import random
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -43,40 +42,50 @@ from livebass import load_preset
 from livebass.kernels.player.performer import HELD
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
-from livebass.plugin.instrument import write_instrument
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 
-NAMES = ("slap", "five-string", "six-string", "fretless")
+BASSES = ("slap", "five-string", "six-string", "fretless")
 STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
 NUT, SADDLE, TOP = 52, 74, 74  # pixels from the picture's left, right and upper edge ...
 MIDDLE, HALF_NECK = 218, 116  # ... of the neck at its saddle, on the page Tone; at scale 1
 LENGTH = 0.86  # m
+Make = Callable[..., Picture]
 ACROSS, BY_HAND = 2, 1  # shapes of the pointer
+LISTING = ("list", "sound", "save", "load", "remove")  # what a picture with a list of sounds calls
 ZOOM = 8  # magnification of motion
 SLOWER = 4  # times the usual, for a busy machine
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return shelf(tmp_path_factory.mktemp("picture"), NAMES)
+@pytest.fixture
+def see(lend: Any) -> Make:
+    """Makes a picture of a host, and draws it once."""
+
+    def make(*arguments: Any, **more: Any) -> Picture:
+        made: Picture = lend(Picture(*arguments, **more))
+        made.draw()
+        return made
+
+    return make
 
 
 @pytest.fixture
-def host(folder: Path) -> Iterator[Host]:
-    made = Host(folder)
-    yield made
-    made.close()
+def draw_look(lend: Any) -> Make:
+    """Makes a picture of a look, and turns it to the page Tone."""
+
+    def make(look: NDArray[Any], **more: Any) -> Picture:
+        made: Picture = lend(Picture(**more))
+        made.show(look)
+        made.draw()
+        made.turn_to(TONE)
+        return made
+
+    return make
 
 
 @pytest.fixture
-def picture() -> Iterator[Picture]:
-    made = Picture()
-    made.show(made_look())
-    made.draw()
-    made.turn_to(TONE)
-    yield made
-    made.close()
+def picture(draw_look: Make) -> Picture:
+    return draw_look(made_look())
 
 
 def bright(pixels: Pixels) -> NDArray[Any]:
@@ -111,10 +120,10 @@ def play(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
 
 @pytest.mark.parametrize("strings", STRINGS)
 @pytest.mark.parametrize(("scale", "dark"), [(1.0, True), (2.0, False)])
-def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> None:
+def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool, lend: Any) -> None:
     """Frets are in their places, none on a fretless neck; the string count is right."""
     for fretless in (False, True):
-        picture = Picture(size=(int(WIDTH * scale), int(HEIGHT * scale)), scale=scale)
+        picture = lend(Picture(size=(int(WIDTH * scale), int(HEIGHT * scale)), scale=scale))
         picture.dark = dark
         look = made_look(STRINGS[strings], fretless)
         picture.show(look)
@@ -131,7 +140,6 @@ def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> N
         for string in range(strings):
             y = int(lane(picture, string, strings, x))
             assert light[y - 2 : y + 3, x].max() > 400, string
-        picture.close()
 
 
 def height_of(picture: Picture, string: int, x: int) -> float:
@@ -182,12 +190,9 @@ def test_looks_in_between_are_a_blur(picture: Picture) -> None:
 
 
 @pytest.mark.parametrize("fretless", [False, True])
-def test_a_contact_lights_its_fret(fretless: bool) -> None:
+def test_a_contact_lights_its_fret(draw_look: Make, fretless: bool) -> None:
     """Harder is brighter, on its string, and nothing else lights up."""
-    picture = Picture()
-    picture.show(made_look(fretless=fretless))
-    picture.draw()
-    picture.turn_to(TONE)
+    picture = draw_look(made_look(fretless=fretless))
     rest, gained = bright(picture.pixels), []
     for hard in (0.3, 1.0):
         look = made_look(fretless=fretless)
@@ -202,7 +207,6 @@ def test_a_contact_lights_its_fret(fretless: bool) -> None:
     picture.show(made_look(fretless=fretless))
     picture.draw()
     assert 0 < 2 * gained[0] < gained[1] and (bright(picture.pixels) == rest).all()
-    picture.close()
 
 
 def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
@@ -224,27 +228,25 @@ def test_lamps_and_overload(picture: Picture) -> None:
     """Each state lights its own lamp."""
     picture.turn_to(PLAY)
     lit = []
-    for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
+
+    def changed_places(**values: int | float) -> tuple[Any, Any]:
+        """The rows and columns that change with some values of the look."""
         picture.show(made_look())
         picture.draw()
-        dark = picture.pixels.copy()
-        look = made_look()
-        look[name] = value
+        dark, look = picture.pixels.copy(), made_look()
+        for name, value in values.items():
+            look[name] = value
         picture.show(look)
-        assert picture.draw() != (0, 0, 0, 0), name
-        rows, columns = np.nonzero(picture.pixels != dark)
+        assert picture.draw() != (0, 0, 0, 0), values
+        return np.nonzero(picture.pixels != dark)
+
+    for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
+        rows, columns = changed_places(**{name: value})
         lit.append((columns.min(), rows.min()))
         assert name == "overload" or (rows.min() > 240 and rows.max() < 330)
         assert name != "overload" or rows.max() < TOP
     assert len(set(lit)) == len(lit)
-    look = made_look()
-    picture.show(look)
-    picture.draw()
-    dark = picture.pixels.copy()
-    look["switched"] = 1 << PALM
-    picture.show(look)
-    picture.draw()
-    assert np.nonzero(picture.pixels != dark)[1].min() == lit[0][0]
+    assert changed_places(switched=1 << PALM)[1].min() == lit[0][0]
 
 
 # --- the pointer ---
@@ -362,13 +364,11 @@ def test_strings_are_played_by_the_pointer(picture: Picture) -> None:
     assert picture.notes == [(1, 3, 43), (0, 3, 43)]
 
 
-def test_basses_are_chosen(folder: Path, host: Host) -> None:
+def test_basses_are_chosen(see: Make, host: Host) -> None:
     """By the arrows, in a circle, and from a list; the neck follows."""
-    picture = Picture(host)
-    picture.draw()
+    picture = see(host)
     before = picture.pixels.copy()
-    picture.point(PRESS, 432, 23)
-    picture.point(RELEASE, 432, 23)
+    picture.press(432, 23)
     assert picture.sets == [(8, 0.0, BEGIN), (8, 1.0, MOVED), (8, 1.0, END)]
     host.play(RATE // 100)
     picture.draw()
@@ -376,31 +376,14 @@ def test_basses_are_chosen(folder: Path, host: Host) -> None:
     for _ in range(3):
         picture.point(PRESS, 432, 23)
     assert picture.values[8] == 0
-    picture.point(PRESS, 136, 23)
-    picture.point(RELEASE, 136, 23)
-    assert picture.values[8] == len(NAMES) - 1
-    picture.point(PRESS, 300, 23)
-    picture.point(RELEASE, 300, 23)
-    picture.draw()
+    picture.press(136, 23)
+    assert picture.values[8] == len(BASSES) - 1
+    picture.press(300, 23)
     assert picture.point(MOVE, 60, 137) == BY_HAND
     picture.point(PRESS, 60, 137 + 24)
     assert picture.values[8] == 1
     picture.draw()
     assert picture.point(MOVE, 300, 88) != BY_HAND
-    picture.close()
-
-
-@pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's folder, created on the first write."""
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    return tmp_path / "data" / "livebass"
-
-
-def press(picture: Picture, x: float, y: float, modifiers: int = 0) -> None:
-    picture.point(PRESS, x, y, modifiers)
-    picture.point(RELEASE, x, y, modifiers)
-    picture.draw()
 
 
 def view_of(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
@@ -414,16 +397,17 @@ def asks(picture: Picture) -> bool:
 
 
 @pytest.mark.parametrize(("size", "scale"), [((WIDTH, HEIGHT), 1.0), ((640, 320), 1.0), ((1800, 920), 2.0)])
-def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size: tuple[int, int], scale: float) -> None:
+def test_sounds_are_saved_listed_loaded_and_deleted(
+    host: Host, own: Path, see: Make, size: tuple[int, int], scale: float
+) -> None:
     """Listed beside the basses in their own column; deleted by two presses of the right button."""
-    picture = Picture(host, size, scale, ["list", "sound", "save", "load", "remove"])
+    picture = see(host, size, scale, LISTING)
     width = round(size[0] / scale)
     save_at, title = (width - 14 - 236 - 30, 23) if width < WIDTH else (474, 23), (200, 23)
 
     def click(x: float, y: float, modifiers: int = 0) -> None:
-        press(picture, x * scale, y * scale, modifiers)
+        picture.press(x * scale, y * scale, modifiers)
 
-    picture.draw()
     named = view_of(picture, 155, 10, 180, 26)
     for gain in (-6.0, -3.0):
         host.set("gain", gain)
@@ -470,18 +454,17 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
     click(*save_at)
     click(*save_at)
     assert len(list(own.iterdir())) == 2 and picture.point(MOVE, *(scale * at for at in second)) == 1
-    picture.close()
 
 
-def test_a_long_list_goes_on(host: Host, own: Path) -> None:
+def test_a_long_list_goes_on(host: Host, own: Path, see: Make) -> None:
     """The button in the last place, and the wheel, reach everything."""
-    picture = Picture(host, (640, 320), optional=["list", "sound", "save", "load", "remove"])
+    picture = see(host, (640, 320), optional=LISTING)
     for k in range(30):
         host.set("gain", -float(k))
         assert host.save_sound() == f"Slap {k + 1}"
     picture.draw()
     more = 600, TOP + 4 + 2 * 24 + 11
-    press(picture, 200, 23)
+    picture.press(200, 23)
     for way in ("button", "wheel"):
         loaded = set()
         for _ in range(14 if way == "wheel" else 0):
@@ -493,44 +476,39 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
                 if picture.point(MOVE, x, y) == BY_HAND:
                     picture.point(PRESS, x, y)
                     loaded.add(host.value("gain"))
-                    press(picture, 200, 23)  # it is listed again in its old place
+                    picture.press(200, 23)  # it is listed again in its old place
             if way == "button":
-                press(picture, *more)
+                picture.press(*more)
             else:
                 picture.point(DOWN, 30, 88)
             picture.draw()
         assert loaded == {-float(k) for k in range(30)}, way
-    picture.close()
 
 
-def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -> None:
+def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path, see: Make) -> None:
     """However many sounds there are, lamps, tabs and sliders below stay visible; the last place leads on."""
     assert host.save_sound() == "Slap 1"
     for k in range(2, 400):
         (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
-    picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
-    picture.draw()
+    picture = see(host, (1920, 1080), optional=LISTING)
     before = view_of(picture, 0, 900, 1920, 180)
-    press(picture, 200, 23)
+    picture.press(200, 23)
     listed = view_of(picture, 0, 78, 1920, 700)
     assert np.array_equal(view_of(picture, 0, 900, 1920, 180), before)
     picture.point(DOWN, 30, 88)
     picture.draw()
     assert not np.array_equal(view_of(picture, 0, 78, 1920, 700), listed)
-    picture.close()
 
 
-def test_lamps_move_parameters(host: Host) -> None:
+def test_lamps_move_parameters(host: Host, see: Make) -> None:
     """A press chooses a stroke, or switches a technique; the next press switches it off. Stop presses its key."""
-    picture = Picture(host)
-    picture.draw()
+    picture = see(host)
     moved: dict[int, list[float]] = {}
     for x, y in ((x, y) for y in range(252, 320, 26) for x in range(20, WIDTH, 36)):
         if picture.point(MOVE, x, y) != BY_HAND:
             continue
         before = {p.number: host.value(p.symbol) for p in PARAMETERS}
-        picture.point(PRESS, x, y)
-        picture.point(RELEASE, x, y)
+        picture.press(x, y)
         for k, value in before.items():
             if host.value(PARAMETERS[k].symbol) != value:
                 moved.setdefault(k, []).append(host.value(PARAMETERS[k].symbol))
@@ -539,7 +517,6 @@ def test_lamps_move_parameters(host: Host) -> None:
     for values in moved.values():
         assert len(values) > 1 and min(values) == 0 < max(values) and len({*values}) == 2
     assert {key for _, _, key in picture.notes} == {8}
-    picture.close()
 
 
 def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
@@ -572,9 +549,9 @@ def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
     assert not any(held.values())
 
 
-def test_drawing_is_cheap(host: Host) -> None:
+def test_drawing_is_cheap(host: Host, lend: Any) -> None:
     """Processor time: about 0.6 ms a picture while all strings move, 20 ms for the first one."""
-    picture = Picture(host)
+    picture = lend(Picture(host))
     host.watch(True)
     start = time.process_time()
     picture.draw()
@@ -591,7 +568,6 @@ def test_drawing_is_cheap(host: Host) -> None:
     for _ in range(3):
         picture.draw(seconds=5)
     assert picture.draw() == (0, 0, 0, 0)
-    picture.close()
 
 
 def test_strips_leave_what_a_whole_picture_shows(picture: Picture) -> None:
@@ -628,14 +604,14 @@ def test_little_motion_is_drawn_half_as_often(picture: Picture) -> None:
     assert picture.draw() == (0, 0, 0, 0)
 
 
-def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
+def test_a_tap_on_a_string_is_heard(instruments: Path) -> None:
     """However short: as a note of 50 ms. A longer one ends with the hand, and so does one struck again."""
     fifty = RATE // 20
 
     def played(
         touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False, keyboard: bool = False
     ) -> Floats:
-        host, sound = Host(folder), []
+        host, sound = Host(instruments), []
         host.set("relief", 0.0)  # tests do not run in real time
         if bound:
             host.midi(0xB0, 68, 127)
@@ -681,12 +657,11 @@ def test_a_tap_outlives_no_reset(host: Host) -> None:
     assert abs(first).max() > 0.01 and abs(tail[RATE // 2 :]).max() < abs(first).max() / 30
 
 
-def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path) -> None:
+def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path, lend: Any) -> None:
     """The host hears of both changes: an LV2 host has no other source."""
-    for name in ("slap", "five-string"):
-        write_instrument(load_preset(name), tmp_path / f"{name}.lbass")
+    shelf(tmp_path, ["slap", "five-string"])
     (tmp_path / "instruments.txt").write_text("slap\nfive-string studio\n")
-    host = Host(tmp_path)
+    host = lend(Host(tmp_path))
     bass, quality = number("bass"), number("quality")
     for phase in (BEGIN, MOVED, END):
         library().lb_move_value(host.address, bass, 1.0, phase)
@@ -694,7 +669,6 @@ def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path)
         (bass, BEGIN), (bass, MOVED), (quality, BEGIN), (quality, MOVED), (quality, END), (bass, END),
     ]  # fmt: skip
     assert host.value("quality") == 1
-    host.close()
 
 
 # --- looks ---
@@ -712,18 +686,17 @@ def phrase(host: Host, block: int) -> Floats:
 
 
 @pytest.mark.parametrize("block", [64, 1024])
-def test_who_watches_changes_nothing(folder: Path, block: int) -> None:
+def test_who_watches_changes_nothing(instruments: Path, lend: Any, block: int) -> None:
     """With a window the sound is the same bit for bit; without one only the first look is taken."""
     sounds = []
     for watched in (False, True):
-        host = Host(folder)
+        host = lend(Host(instruments))
         host.set("relief", 0.0)
         if watched:
             host.watch(True)
         sounds.append(phrase(host, block))
         taken = library().lb_looks_taken(host.look)
         assert taken == 1 if not watched else 20 < taken <= 24000 / block + 2, taken
-        host.close()
     assert abs(sounds[0]).max() > 0.05 and (sounds[0] == sounds[1]).all()
 
 
@@ -752,7 +725,7 @@ def test_looks_of_a_bass_that_plays(host: Host) -> None:
     host.play(RATE)
     assert library().lb_read_look(host.look, 0, look.ctypes.data)
     assert look[0]["string"][0]["state"] != HELD and look[0]["string"][0]["light"].max() < 0.01
-    host.set("bass", float(NAMES.index("six-string")))
+    host.set("bass", float(BASSES.index("six-string")))
     host.play(RATE // 10)
     assert library().lb_read_look(host.look, 0, look.ctypes.data) and look[0]["strings"] == 6
 
@@ -762,12 +735,9 @@ def test_a_look_is_never_torn() -> None:
     assert library().race(20_000) > 100
 
 
-# --- letters ---
-
-
 # --- the pages, the bench's side view, the keyboard ---
 
-WHOLE = ("undo", "swap", "side", "copy", "title", "playing", "group", "list", "sound", "save", "load", "remove")
+WHOLE = ("undo", "swap", "side", "copy", "title", "playing", "group", *LISTING)
 ESCAPE, ENTER, TAB, RIGHT_KEY, RIGHT_BUTTON, LISTED = 27, 13, 9, 0x110002, 8, (280, 23)
 
 
@@ -778,20 +748,19 @@ def slider_of(picture: Picture, symbol: str) -> tuple[float, float]:
         for x in range(16, width, 16):
             if picture.point(MOVE, x, y) == ACROSS:
                 picture.sets.clear()
-                picture.point(PRESS, x, y)
-                picture.point(RELEASE, x, y)
+                picture.press(x, y)
                 picture.key(ESCAPE)
                 if picture.sets and picture.sets[0][0] == number(symbol):
                     return x + 8, y + 3
     raise AssertionError(symbol)
 
 
-def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host, folder: Path) -> None:
+def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host, lend: Any) -> None:
     """On the keyboard's way through a page. The bass is in the header; techniques are lamps."""
-    picture = Picture(host)
+    picture = lend(Picture(host))
     ways = []
     for name in ("slap", "fretless"):
-        host.set("bass", float(NAMES.index(name)))
+        host.set("bass", float(BASSES.index(name)))
         host.play(RATE // 10)
         picture.draw()
         seen_on: dict[int, set[int]] = {}
@@ -805,38 +774,34 @@ def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host,
     found = set().union(*ways[0].values())
     assert ways[0] == ways[1]
     assert found == {p.number for p in PARAMETERS if p.group != "Techniques" and p.symbol != "bass"}
-    picture.close()
 
 
-def action_of(host: Host) -> tuple[Picture, float, float]:
+@pytest.fixture
+def action(host: Host, see: Make) -> tuple[Picture, float, float]:
     """A picture of the bench, and the place of the slider Action in it."""
-    picture = Picture(host)
-    picture.draw()
+    picture = see(host)
     picture.turn_to(BENCH)
     return picture, *slider_of(picture, "action")
 
 
-def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
+def test_a_value_is_typed_in_the_units_that_it_shows(host: Host, action: tuple[Picture, float, float]) -> None:
     """After a press on the focused control, or by its menu; Escape leaves it, and what is no number changes nothing."""
-    picture, x, y = action_of(host)
+    picture, x, y = action
     host.set("action", 0.0)
     picture.draw()
     assert not picture.key("1"), "no control is marked yet: keys are the host's"
     own = -1e3 * load_preset("slap").necks[0].fret_heights[11]
     for keys, wanted in (("1.4\r", 1.4 - own), ("9\x1b", 1.4 - own), ("x\r", 1.4 - own), ("1.99\x08\r", 1.9 - own)):
-        picture.point(PRESS, x, y, RIGHT_BUTTON)
-        picture.point(RELEASE, x, y, RIGHT_BUTTON)
-        picture.draw()
+        picture.press(x, y, RIGHT_BUTTON)
         picture.key(0x110003, 0x0D)  # the first line of the menu
         assert library().lb_wants_keys(picture.address)
         assert picture.key(keys) and not library().lb_wants_keys(picture.address)
         picture.draw()
         assert host.value("action") == pytest.approx(wanted, abs=0.006), keys
-    picture.close()
 
 
-def test_menus_and_tips_leave_no_trace(host: Host) -> None:
-    picture, x, y = action_of(host)
+def test_menus_and_tips_leave_no_trace(action: tuple[Picture, float, float]) -> None:
+    picture, x, y = action
     picture.point(MOVE, 0, 0)
     picture.draw()
     before = picture.pixels.copy()
@@ -852,13 +817,11 @@ def test_menus_and_tips_leave_no_trace(host: Host) -> None:
     picture.point(MOVE, 0, 0)
     picture.draw()
     assert np.array_equal(picture.pixels, before)
-    picture.close()
 
 
-def test_the_side_view_moves_with_the_bench(host: Host) -> None:
+def test_the_side_view_moves_with_the_bench(host: Host, see: Make) -> None:
     """Action and relief lower the crowns, gauge thickens the string; a wheel's reset brings the picture back."""
-    picture = Picture(host, (1200, 800))
-    picture.draw()
+    picture = see(host, (1200, 800))
     picture.turn_to(BENCH)
     before = view_of(picture, 60, 60, 1000, 560)
     for symbol, value in (("action", 1.0), ("neck_relief", 0.5), ("nut_height", 0.5), ("gauge", 20.0)):
@@ -868,56 +831,43 @@ def test_the_side_view_moves_with_the_bench(host: Host) -> None:
         host.set(symbol, 0.0)
         picture.draw()
         assert np.array_equal(view_of(picture, 60, 60, 1000, 560), before), symbol
-    picture.close()
 
 
-def test_a_changed_bass_leaves_nothing_out(picture: Picture) -> None:
+def test_a_changed_bass_leaves_nothing_out(picture: Picture, draw_look: Make) -> None:
     """After a pickup has moved, the picture is the one that a new window shows, names of strings and all."""
     look = made_look()
     look["string"]["saddle"] += 0.02
     picture.show(look)
     picture.draw()
-    new = Picture()
-    new.show(look)
-    new.draw()
-    new.turn_to(TONE)
-    assert np.array_equal(picture.pixels, new.pixels)
-    new.close()
+    assert np.array_equal(picture.pixels, draw_look(look).pixels)
 
 
-def test_the_smallest_window_cuts_nothing_off() -> None:
+def test_the_smallest_window_cuts_nothing_off(draw_look: Make) -> None:
     """Every page ends above the lower edge."""
-    picture = Picture(size=(640, 320))
-    picture.show(made_look())
-    picture.draw()
+    picture = draw_look(made_look(), size=(640, 320))
     for page in range(4):
         picture.turn_to(page)
         assert len(np.unique(picture.pixels[-3:])) == 1, page
-    picture.close()
 
 
-def test_in_the_smallest_window_lamps_have_room_for_their_names() -> None:
+def test_in_the_smallest_window_lamps_have_room_for_their_names(draw_look: Make) -> None:
     """The row with the longest ones."""
     names = "Artificial harmonics,Artificial 12ths,Artificial 15ths,Pinch harmonics,Slide off down,Slide off up,"
     names += "Stop on release,Stop all strings"
-    picture = Picture(size=(640, 320))
-    picture.show(made_look())
-    picture.draw()
+    picture = draw_look(made_look(), size=(640, 320))
     picture.turn_to(PLAY)
     over = np.array([picture.point(MOVE, x + 0.5, 206) == 1 for x in range(640)])
     begin, end = (np.flatnonzero(np.diff(over.astype(int)) == step) for step in (1, -1))
     room = [library().lb_text_width(9.0, name.encode()) + 6 for name in names.split(",")]  # with 3 on each side
     assert len(begin) == len(room) and (end - begin >= np.floor(room)).all()
-    picture.close()
 
 
-def test_a_search_ends_with_the_first_found(host: Host) -> None:
+def test_a_search_ends_with_the_first_found(host: Host, see: Make) -> None:
     """Return takes it, even before it is drawn; if nothing is found, it lists everything."""
-    picture = Picture(host, optional=WHOLE)
-    picture.draw()
-    press(picture, *LISTED)
+    picture = see(host, optional=WHOLE)
+    picture.press(*LISTED)
     assert picture.key("fretl\r") and host.value("bass") == 3 and not library().lb_wants_keys(picture.address)
-    press(picture, *LISTED)
+    picture.press(*LISTED)
     everything = view_of(picture, 0, TOP, WIDTH, 150).copy()
     assert picture.key("xyzzy")
     picture.draw()
@@ -925,59 +875,46 @@ def test_a_search_ends_with_the_first_found(host: Host) -> None:
     picture.key("\r")
     picture.draw()
     assert np.array_equal(view_of(picture, 0, TOP + 30, WIDTH, 120), everything[30:])
-    picture.close()
 
 
-def test_the_list_marks_what_plays(host: Host, own: Path) -> None:
+def test_the_list_marks_what_plays(host: Host, own: Path, see: Make) -> None:
     """A sound, or the bass; never both."""
     accent, first, sound = 0xFFF0A93B, TOP + 4 + 2 * 24 + 2, TOP + 4 + 7 * 24 + 2
-    picture = Picture(host, optional=WHOLE)
-    picture.draw()
+    picture = see(host, optional=WHOLE)
     picture.turn_to(TONE)
     for saved in (False, True):
         assert not saved or host.save_sound()
-        press(picture, *LISTED)
+        picture.press(*LISTED)
         assert [picture.pixels[y, 100] == accent for y in (first, sound)] == [not saved, saved]
-        press(picture, *LISTED)
-    picture.close()
+        picture.press(*LISTED)
 
 
-def test_many_choices_open_as_a_menu(host: Host) -> None:
+def test_many_choices_open_as_a_menu(host: Host, see: Make) -> None:
     """One press of the button shows them all; a press on one takes it."""
-    picture = Picture(host)
-    picture.draw()
-    press(picture, 60, 364)  # the stroke
+    picture = see(host)
+    picture.press(60, 364)  # the stroke
     assert not picture.sets
     picture.point(PRESS, 70, 260)
     assert {k for k, *_ in picture.sets} == {TECHNIQUE}
-    picture.close()
 
 
-def test_a_sound_has_the_name_that_is_typed(host: Host, own: Path) -> None:
+def test_a_sound_has_the_name_that_is_typed(host: Host, own: Path, see: Make) -> None:
     """Its name, with * once it has changed, is the title; a search finds it; a second one of the name gets a number."""
-    picture = Picture(host, optional=WHOLE)
-    picture.draw()
+    picture = see(host, optional=WHOLE)
     for wanted in ("Verse", "Verse 2"):
         picture.point(PRESS, 474, 23)
         assert picture.key("Verxx\b\bse\r")
-        assert title_of(host) == wanted and (own / f"{wanted}.toml").exists()
+        assert host.title() == wanted and (own / f"{wanted}.toml").exists()
     host.set("gain", -6.0)
-    assert title_of(host) == "Verse 2 *"
+    assert host.title() == "Verse 2 *"
     picture.point(PRESS, 136, 23)  # the one before
-    assert title_of(host) == "Verse" and host.value("gain") == 0
+    assert host.title() == "Verse" and host.value("gain") == 0
     picture.draw()
-    press(picture, *LISTED)
+    picture.press(*LISTED)
     assert picture.key("RSE 2") and library().lb_wants_keys(picture.address)
     picture.draw()
-    press(picture, 60, TOP + 4 + 2 * 24 + 11)
-    assert title_of(host) == "Verse 2" and not library().lb_wants_keys(picture.address)
-    picture.close()
-
-
-def title_of(host: Host) -> str:
-    room = c.create_string_buffer(200)
-    library().lb_title(host.address, c.addressof(room), 200)
-    return room.value.decode()
+    picture.press(60, TOP + 4 + 2 * 24 + 11)
+    assert host.title() == "Verse 2" and not library().lb_wants_keys(picture.address)
 
 
 def test_a_is_copied_to_b(host: Host) -> None:

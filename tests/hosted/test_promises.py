@@ -7,7 +7,7 @@ import os
 import re
 import shutil
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,23 +60,9 @@ def places(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> dic
 
 
 @pytest.fixture
-def made() -> Iterator[list[Host]]:
-    """Hosts that are closed after the test."""
-    hosts: list[Host] = []
-    yield hosts
-    for host in hosts:
-        host.close()
-
-
-@pytest.fixture
-def make(kind: str, places: dict[str, Path], made: list[Host]) -> Any:
+def make(kind: str, places: dict[str, Path], lend: Any) -> Any:
     """Makes a host, of the usual bundle or one in another folder."""
-
-    def new(place: Path | None = None, **more: Any) -> Host:
-        made.append(HOSTS[kind](place or places[kind], **more))
-        return made[-1]
-
-    return new
+    return lambda place=places[kind], **more: lend(HOSTS[kind](place, **more))
 
 
 @pytest.fixture
@@ -630,10 +616,9 @@ def test_notes_are_heard_under_dense_automation(make: Any) -> None:
     assert np.allclose(out[96000:], plain[96000:], rtol=0, atol=1e-5)
 
 
-def test_chords_are_played_on_free_strings(places: dict[str, Path], made: list[Host]) -> None:
+def test_chords_are_played_on_free_strings(places: dict[str, Path], lend: Any) -> None:
     """All hosts choose the same strings."""
     score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
     wanted = mono("jazz-finger", score)
     for kind, host in HOSTS.items():
-        made.append(host(places[kind]))
-        assert np.array_equal(made[-1].play(score, len(wanted), (64,)), wanted), kind
+        assert np.array_equal(lend(host(places[kind])).play(score, len(wanted), (64,)), wanted), kind

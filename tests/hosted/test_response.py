@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from support import lv2 as lv2host
 from support import vst3 as vst3host
 from support.clap import Plugin
 from support.hosts import FORMATS, HOSTS
-from support.picture import PRESS, RELEASE, Host, Picture, library, shelf
+from support.picture import Host, Picture, library, shelf
 from support.plugins import RATE
 from support.states import file_of, read, state_of, with_file
 
@@ -35,12 +34,9 @@ NAME = 24  # its place in the kept response
 
 
 @pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's folder."""
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    folder = tmp_path / "data" / "livebass"
-    (folder / "responses").mkdir(parents=True)
-    return folder
+def own(own: Path) -> Path:
+    (own / "responses").mkdir(parents=True)
+    return own
 
 
 @pytest.fixture
@@ -65,10 +61,8 @@ def bundles(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def host(bundles: Path, own: Path) -> Iterator[Host]:
-    made = Host(bundles)
-    yield made
-    made.close()
+def host(bundles: Path, own: Path, lend: Any) -> Host:
+    return lend(Host(bundles))  # type: ignore[no-any-return]
 
 
 def render(file: Path | str) -> Floats:
@@ -187,9 +181,9 @@ def test_undo_brings_back_the_response_before(host: Host, own: Path, cabinet: Pa
         assert host.save() == wanted
 
 
-def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path) -> None:
+def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path, lend: Any) -> None:
     """In place of the title; not if the last change was another."""
-    picture = Picture(host, optional=("undo", "swap", "side", "copy", "paste", "response"))
+    picture = lend(Picture(host, optional=("undo", "swap", "side", "copy", "paste", "response")))
     titles = []
     for change in (None, "gain", cabinet):
         if change == cabinet:
@@ -198,12 +192,9 @@ def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path) -> None:
             library().lb_keep_values(host.address)
             host.set("gain", -6.0)
         picture.draw(10.0)  # the last notice is gone
-        picture.point(PRESS, *UNDO)
-        picture.point(RELEASE, *UNDO)
-        picture.draw()
+        picture.press(*UNDO)
         titles.append(picture.pixels[9:37, 156:400].tobytes())
     assert len(set(titles)) == 3
-    picture.close()
 
 
 def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,16 +59,8 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Pa
 
 
 @pytest.fixture
-def host_of(places: dict[tuple[str, str], Path]) -> Iterator[Callable[[str, str], Host]]:
-    made: list[Host] = []
-
-    def make(kind: str, what: str) -> Host:
-        made.append(HOSTS[kind](places[kind, what], offline=True))
-        return made[-1]
-
-    yield make
-    for host in made:
-        host.close()
+def host_of(places: dict[tuple[str, str], Path], lend: Any) -> Callable[[str, str], Host]:
+    return lambda kind, what: lend(HOSTS[kind](places[kind, what], offline=True))
 
 
 def sound(host: Host) -> Floats:
@@ -131,42 +123,26 @@ def reports_kept(host: Any) -> int | None:
 
 
 @pytest.fixture
-def inner(places: dict[tuple[str, str], Path]) -> Iterator[Callable[[str], Inner]]:
+def inner(places: dict[tuple[str, str], Path], lend: Any) -> Callable[[str], Inner]:
     """Instances behind a window, with their shelf: CLAP's and VST3's."""
-    made: list[Inner] = []
-
-    def make(what: str) -> Inner:
-        made.append(Inner(places["clap", what]))
-        return made[-1]
-
-    yield make
-    for host in made:
-        host.close()
-
-
-def title(host: Inner) -> str:
-    import ctypes
-
-    room = ctypes.create_string_buffer(200)
-    library().lb_title(host.address, room, 200)
-    return room.value.decode()
+    return lambda what: lend(Inner(places["clap", what]))
 
 
 def test_one_click_takes_the_new_bass_and_undo_the_saved_one(inner: Any) -> None:
     old, new = inner("as it was"), inner("changed")
     old.set("bass", 1.0)
     state = old.save()
-    assert title(old) == "Slap" and not library().host_is_kept(old.address)
+    assert old.title() == "Slap" and not library().host_is_kept(old.address)
     assert new.load(state) and new.save() == state
-    assert title(new) == "Slap (as saved)" and library().host_is_kept(new.address)
+    assert new.title() == "Slap (as saved)" and library().host_is_kept(new.address)
     library().host_update(new.address)
-    assert title(new) == "Slap" and not library().host_is_kept(new.address)
+    assert new.title() == "Slap" and not library().host_is_kept(new.address)
     assert file_of(new.save(), "instrument") == instrument_file(change(load_preset("slap")))
     library().lb_undo(new.address)
-    assert title(new) == "Slap (as saved)" and new.save() == state
+    assert new.title() == "Slap (as saved)" and new.save() == state
     new.set("bass", 0.0)
     new.set("bass", 1.0)
-    assert title(new) == "Slap (as saved)", "as long as the session lasts"
+    assert new.title() == "Slap (as saved)", "as long as the session lasts"
 
 
 def test_the_same_bass_needs_no_update(inner: Any) -> None:
@@ -174,7 +150,7 @@ def test_the_same_bass_needs_no_update(inner: Any) -> None:
     one, other = inner("as it was"), inner("as it was")
     one.set("bass", 1.0)
     state = one.save()
-    assert other.load(state) and title(other) == "Slap" and other.save() == state
+    assert other.load(state) and other.title() == "Slap" and other.save() == state
 
 
 # --- words ---
@@ -223,10 +199,11 @@ def without_unknown(state: bytes) -> bytes:
 
 def test_missing_words_have_their_defaults(plain: Inner) -> None:
     words = read(plain.save())
-    del words["A"]["tone"], words["processor"]["cores"], words[""]["seed"], words["B"]
-    plain.set("tone", 0.75)
-    plain.set("cores", 3.0)
-    assert plain.load(state_of(words)) and plain.value("tone") == 0 and plain.value("cores") == 1
+    del words["A"]["tone"], words["A"]["drive"], words["processor"]["cores"], words[""]["seed"], words["B"]
+    for symbol, value in (("tone", 0.75), ("drive", 0.5), ("cores", 3.0)):
+        plain.set(symbol, value)
+    assert plain.load(state_of(words))
+    assert [plain.value(symbol) for symbol in ("tone", "drive", "cores")] == [0, 0, 1]
 
 
 def test_values_beyond_their_limits_are_held_there_with_a_word(plain: Inner, capfd: pytest.CaptureFixture[str]) -> None:
@@ -240,11 +217,10 @@ def test_values_beyond_their_limits_are_held_there_with_a_word(plain: Inner, cap
 
 
 @pytest.fixture
-def other(tmp_path: Path) -> Iterator[Inner]:
+def other(tmp_path: Path, lend: Any) -> Inner:
     """A build with one parameter more in the middle, and another name for one: a later version, or an earlier one."""
     host = another_version.Host(shelf(tmp_path, ["jazz-finger"]), build=another_version.library())
-    yield host
-    host.close()
+    return lend(host)  # type: ignore[no-any-return]
 
 
 def test_a_later_version_has_inserted_and_renamed_parameters(plain: Inner, other: Inner) -> None:
@@ -305,7 +281,7 @@ def test_a_damaged_bass_in_a_state_gives_way_to_the_one_of_its_name(
 def test_a_state_without_the_bass_plays_the_present_one(inner: Any) -> None:
     """As factory presets, which name theirs."""
     new, state = inner("changed"), without_instrument(inner("as it was").save())
-    assert new.load(state) and bass_of(new.save()) == "jazz-finger" and title(new) == load_preset("jazz-finger").name
+    assert new.load(state) and bass_of(new.save()) == "jazz-finger" and new.title() == load_preset("jazz-finger").name
 
 
 def test_sizes(host_of: Any) -> None:

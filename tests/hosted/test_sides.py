@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from support import lv2, vst3
 from support.clap import Plugin
-from support.picture import Host, library, number, shelf
+from support.picture import Host, library, number
 from support.plugins import write_bundle
 from support.states import read, with_fewer, with_sides
 from support.states import state_of as state_written
@@ -25,22 +24,11 @@ from livebass.plugin.lv2 import URI
 from livebass.plugin.systems import this_system
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
+BASSES = ("slap",)
 TONE, GAIN, QUALITY = number("tone"), number("gain"), number("quality")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return shelf(tmp_path_factory.mktemp("sides"), ["slap"])
-
-
-@pytest.fixture
-def host(folder: Path) -> Iterator[Host]:
-    made = Host(folder)
-    yield made
-    made.close()
-
-
-def test_a_state_has_both_sides_and_which_one_plays(host: Host, folder: Path) -> None:
+def test_a_state_has_both_sides_and_which_one_plays(host: Host, instruments: Path, lend: Any) -> None:
     host.set("tone", -0.5)
     plain = host.save()
     library().lb_swap_sides(host.address)
@@ -48,7 +36,7 @@ def test_a_state_has_both_sides_and_which_one_plays(host: Host, folder: Path) ->
     host.set("gain", -6.0)
     host.set("quality", 1.0)
     state = host.save()
-    other = Host(folder)
+    other = lend(Host(instruments))
     assert other.load(state) and other.save() == state
     assert (library().lb_side(other.address), other.value("tone"), other.value("gain")) == (1, 0, -6)
     library().lb_swap_sides(other.address)
@@ -57,7 +45,6 @@ def test_a_state_has_both_sides_and_which_one_plays(host: Host, folder: Path) ->
     assert other.load(plain) and other.save() == plain
     library().lb_swap_sides(other.address)
     assert other.value("gain") == 0, "a state without B has one that was not moved"
-    other.close()
 
 
 def test_undo_goes_back_over_a_change_of_side(host: Host) -> None:

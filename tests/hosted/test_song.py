@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mido
 import numpy as np
 import pytest
-from support.picture import LOOP, PRESS, PUT_AWAY, RELEASE, ROLL, Host, Picture, shelf
+from support.picture import LOOP, PUT_AWAY, ROLL, Host, Picture
 from support.plugins import PRESETS, RATE, hard_score, midi_score, mono
+from support.scores import blocks
+from support.song import midi_file, notes_of
 
 from livebass import load_preset
 from livebass.plugin.systems import this_system
@@ -19,37 +22,32 @@ from livebass.score.reading import TAKE, read_score
 from livebass.score.score import score_of
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
+BASSES = PRESETS[:2]
 HELD = score_of([(0.0, 3.0, 33, 100)], RATE)
 TUNE = score_of([(0.1 * k, 0.08, 30 + 3 * k, 110) for k in range(4)], RATE, bends=[(0.25, 0.5)])
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return shelf(tmp_path_factory.mktemp("song"), PRESETS[:2])
+@pytest.fixture
+def another(instruments: Path, lend: Any) -> Callable[[], Host]:
+    """Makes hosts whose sound does not depend on the load of the machine."""
+
+    def make() -> Host:
+        made: Host = lend(Host(instruments))
+        made.set("relief", 0)
+        return made
+
+    return make
 
 
 @pytest.fixture
-def host(folder: Path) -> Iterator[Host]:
-    made = unrelieved(folder)
-    yield made
-    made.close()
-
-
-def unrelieved(folder: Path) -> Host:
-    """A host whose sound does not depend on the load of the machine."""
-    host = Host(folder)
-    host.set("relief", 0)
-    return host
+def host(another: Callable[[], Host]) -> Host:
+    return another()
 
 
 def in_blocks(host: Host, count: int, sizes: tuple[int, ...]) -> Floats:
     """Plays `count` frames in blocks of these sizes, in turn."""
-    blocks, left = [], count
-    while left > 0:
-        for size in sizes:
-            blocks.append(host.play(min(size, left), min(size, left)) if left > 0 else np.zeros(0, np.float32))
-            left -= len(blocks[-1])
-    return np.concatenate(blocks)
+    parts = ((begin, min(size, count - begin)) for begin, size in blocks(count, sizes))
+    return np.concatenate([host.play(size, size) for _, size in parts])
 
 
 @pytest.mark.parametrize("sizes", [(256,), (1000, 1, 77), (5000,)])
@@ -70,16 +68,15 @@ def test_its_controllers_bends_and_pedals_are_those_of_a_render(host: Host, tmp_
     assert np.array_equal(host.play(len(wanted)), wanted)
 
 
-def test_a_loop_begins_again_at_its_frame(folder: Path) -> None:
+def test_a_loop_begins_again_at_its_frame(another: Callable[[], Host]) -> None:
     """Every turn sends the same messages at the same places, in blocks of any length."""
     heard = []
     for sizes in ((256,), (999, 1), (20_000,)):
-        host = unrelieved(folder)
+        host = another()
         host.give(TUNE, round(0.5 * RATE))
         host.roll(loops=True)
         heard.append(in_blocks(host, 2 * RATE, sizes))
         assert host.rolls() and not host.may_sleep()
-        host.close()
     assert all(np.array_equal(heard[0], other) for other in heard[1:])
     turns = [np.abs(heard[0][at : at + RATE // 10]).max() for at in range(0, 2 * RATE, RATE // 2)]
     assert min(turns) > 0.5 * max(turns) > 0.01
@@ -96,11 +93,11 @@ def test_to_stop_ends_its_notes_and_rewinds(host: Host) -> None:
     assert np.abs(host.play(RATE // 4)).max() > 0.3 * loud
 
 
-def test_the_hosts_own_notes_play_beside_it_and_stay(folder: Path) -> None:
+def test_the_hosts_own_notes_play_beside_it_and_stay(another: Callable[[], Host]) -> None:
     """A song that stops, or is replaced, ends its own notes alone."""
     levels = []
     for given in (None, score_of([(0.0, 3.0, 28, 100)], RATE)):
-        host = unrelieved(folder)
+        host = another()
         if given:
             host.give(given)
             host.roll()
@@ -109,7 +106,6 @@ def test_the_hosts_own_notes_play_beside_it_and_stay(folder: Path) -> None:
         host.roll(False)
         host.play(RATE)
         levels.append(np.abs(host.play(2048)).max())
-        host.close()
     assert levels[0] > 0.01 and levels[1] > 0.5 * levels[0]
 
 
@@ -140,23 +136,14 @@ def test_a_reset_stops_it(host: Host) -> None:
 
 def write(path: Path, *tracks: tuple[str, list[mido.Message | mido.MetaMessage]]) -> Path:
     """Writes a MIDI file of named tracks at 120 quarter notes a minute, 480 ticks each."""
-    made = [mido.MidiTrack([mido.MetaMessage("track_name", name=name), *events]) for name, events in tracks]
-    mido.MidiFile(type=1, ticks_per_beat=480, tracks=made).save(path)
+    named = ([mido.MetaMessage("track_name", name=name), *events] for name, events in tracks)
+    path.write_bytes(midi_file(*named))
     return path
-
-
-def notes(channel: int, *keys: int) -> list[mido.Message]:
-    """Quavers."""
-    return [
-        mido.Message(kind, channel=channel, note=key, velocity=90, time=time)
-        for key in keys
-        for kind, time in (("note_on", 0), ("note_off", 240))
-    ]
 
 
 def bass_and_drums(folder: Path, *keys: int) -> Path:
     """A file with a track called Bass, and drums."""
-    return write(folder / "A song.mid", ("Drums", notes(9, 36, 38, 42)), ("Bass", notes(2, *keys)))
+    return write(folder / "A song.mid", ("Drums", notes_of([36, 38, 42], channel=9)), ("Bass", notes_of([*keys])))
 
 
 def wanted(path: Path, rate: int = RATE, preset: str = PRESETS[0]) -> Floats:
@@ -202,7 +189,7 @@ def test_files_that_cannot_play_are_told_of_in_a_line(host: Host, tmp_path: Path
     (tmp_path / "cut.mid").write_bytes(file.read_bytes()[:-20])
     with (tmp_path / "large.mid").open("wb") as large:
         large.truncate((64 << 20) + (1 << 20))
-    write(tmp_path / "drums.mid", ("Drums", notes(9, 36, 38)))
+    write(tmp_path / "drums.mid", ("Drums", notes_of([36, 38], channel=9)))
     faults = {
         "empty.mid": "the file is empty (0 bytes)",
         "notes.txt": "not a Standard MIDI File (it does not begin with MThd)",
@@ -244,9 +231,8 @@ def test_buttons_loop_stop_and_start_again(host: Host, tmp_path: Path) -> None:
     assert not host.rolls()
 
 
-def test_at_another_rate_it_is_read_again(folder: Path, tmp_path: Path) -> None:
+def test_at_another_rate_it_is_read_again(host: Host, tmp_path: Path) -> None:
     file = bass_and_drums(tmp_path, 28, 31, 33)
-    host = unrelieved(folder)
     host.drop(file)
     host.play(1000)
     host.restart(44100)
@@ -254,19 +240,17 @@ def test_at_another_rate_it_is_read_again(folder: Path, tmp_path: Path) -> None:
     host.steer(ROLL)
     sound = wanted(file, 44100)
     assert np.array_equal(host.play(len(sound)), sound)
-    host.close()
 
 
-def test_low_keys_are_those_of_the_bass_that_plays(folder: Path, tmp_path: Path) -> None:
+def test_low_keys_are_those_of_the_bass_that_plays(another: Callable[[], Host], tmp_path: Path) -> None:
     """On another bass the file is fitted again, and goes on where it was."""
     file = bass_and_drums(tmp_path, 20, 33, 21, 35)
-    host = unrelieved(folder)
+    host = another()
     host.drop(file)
     assert "moved up by octaves" in host.song().text
     sound = wanted(file)
     assert np.array_equal(host.play(len(sound)), sound)
-    host.close()
-    host = unrelieved(folder)
+    host = another()
     host.drop(bass_and_drums(tmp_path, *[33] * 8))
     host.play(RATE)
     host.set("bass", 1)
@@ -276,7 +260,6 @@ def test_low_keys_are_those_of_the_bass_that_plays(folder: Path, tmp_path: Path)
     assert host.rolls() and 400 < part < 700
     host.play(2 * RATE)
     assert not host.rolls()
-    host.close()
 
 
 def test_the_state_does_not_keep_it(host: Host, tmp_path: Path) -> None:
@@ -284,12 +267,6 @@ def test_the_state_does_not_keep_it(host: Host, tmp_path: Path) -> None:
     host.drop(bass_and_drums(tmp_path, 28, 31))
     host.play(1000)
     assert host.save() == before
-
-
-def press(picture: Picture, x: int) -> None:
-    """Presses a place of the bar."""
-    for kind in (PRESS, RELEASE):
-        picture.point(kind, x, 84)
 
 
 @pytest.mark.parametrize("size", [(900, 460), (640, 320), (1300, 800)])
@@ -302,10 +279,9 @@ def test_its_bar_lies_in_the_picture(host: Host, tmp_path: Path, size: tuple[int
     with_bar.draw()
     assert (with_bar.pixels != bare).any()
     rolling = with_bar.pixels[74:98].copy()
-    press(with_bar, 38)
-    with_bar.draw()
+    with_bar.press(38, 84)
     assert not host.rolls() and (with_bar.pixels[74:98] != rolling).any()
-    press(with_bar, 90)
+    with_bar.press(90, 84)
     assert host.song().loops
-    press(with_bar, size[0] - 24)
+    with_bar.press(size[0] - 24, 84)
     assert not host.song().there

@@ -5,15 +5,15 @@ from __future__ import annotations
 import resource
 import shutil
 import signal
-from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from support.clap import Plugin
-from support.picture import PRESS, RELEASE, Host, Picture, library, number, shelf
+from support.picture import Host, Picture, library, number
 from support.states import bass_of, without_instrument
 
 from livebass import load_preset
@@ -22,33 +22,16 @@ from livebass.model.bench import change_bass
 from livebass.plugin import clap
 from livebass.plugin.instrument import instrument_file, write_instrument
 
-NAMES = ("slap", "five-string")
+BASSES = ("slap", "five-string")
 OF_NO_SOUND = ("bass", "quality", "running_ahead", "relief", "cores")
 ENDING = ".toml"
 LONG = "is longer than a sound or a link"
 GAIN, BASS, QUALITY = number("gain"), number("bass"), number("quality")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return shelf(tmp_path_factory.mktemp("sounds"), NAMES)
-
-
-@pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's folder; it and its parents are created on the first write."""
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "a" / "b"))
-    return tmp_path / "a" / "b" / "livebass"
-
-
-@pytest.fixture
-def host(folder: Path, own: Path) -> Iterator[Host]:
-    made = Host(folder)
-    yield made
-    made.close()
-
-
-def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Host, folder: Path, own: Path) -> None:
+def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(
+    host: Host, instruments: Path, own: Path, lend: Any
+) -> None:
     changed = {
         p.symbol: (p.minimum if p.minimum != p.default else p.maximum)
         for p in PARAMETERS
@@ -58,7 +41,7 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
         host.set(symbol, value)
     assert host.save_sound() == f"{load_preset('five-string').name} 1"
     assert not any(file.suffix != ENDING for file in own.iterdir())
-    other = Host(folder)
+    other = lend(Host(instruments))
     other.set("quality", 0.0)
     before = {p.symbol: other.value(p.symbol) for p in PARAMETERS}
     assert other.sounds() == [f"{load_preset('five-string').name} 1"]
@@ -68,17 +51,17 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
         assert other.value(p.symbol) == (1 if p.symbol == "bass" else wanted), p.symbol
     library().lb_undo(other.address)
     assert {p.symbol: other.value(p.symbol) for p in PARAMETERS} == before
-    other.close()
 
 
-def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path, tmp_path: Path, own: Path) -> None:
+def test_undo_brings_back_a_bass_that_is_not_installed(
+    host: Host, instruments: Path, tmp_path: Path, own: Path
+) -> None:
     """Its substitute is not saved in its place."""
-    other = shutil.copytree(folder, tmp_path / "other")
+    other = shutil.copytree(instruments, tmp_path / "other")
     (other / "slap.lbass").rename(other / "lost.lbass")
     (other / "instruments.txt").write_text("lost\n")
-    there = Host(other)
-    state = without_instrument(there.save())
-    there.close()
+    with closing(Host(other)) as there:
+        state = without_instrument(there.save())
     assert (
         bass_of(state) == "lost" and host.save_sound() and host.load(state) and without_instrument(host.save()) == state
     )
@@ -102,17 +85,16 @@ def test_names_are_the_basss_title_and_the_next_number(host: Host, own: Path) ->
     assert host.sounds() == ["Slap 2", "Slap 3", "Slap 10", "Verse, très doux 10"]
 
 
-def test_titles_become_names_of_files_of_any_system(own: Path, tmp_path: Path) -> None:
+def test_titles_become_names_of_files_of_any_system(own: Path, tmp_path: Path, lend: Any) -> None:
     titles = ['.a/b\\c:d*e?f"g<h>i|j', "é" * 31]
     for k, title in enumerate(titles):
         write_instrument(replace(load_preset("slap"), name=title), tmp_path / f"{k}.lbass")
     (tmp_path / "instruments.txt").write_text("0\n1\n")
-    host = Host(tmp_path)
+    host = lend(Host(tmp_path))
     assert host.save_sound() == "-a-b-c-d-e-f-g-h-i-j 1"
     host.set("bass", 1.0)
     assert host.save_sound() == f"{titles[1]} 1"
     assert len(host.sounds()) == 2
-    host.close()
 
 
 def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: Path) -> None:
@@ -186,15 +168,14 @@ def test_what_cannot_be_pasted_is_said_and_changes_nothing(host: Host, text: str
     assert host.save() == before
 
 
-def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host: Host) -> None:
-    picture = Picture(host, optional=("undo", "swap", "side", "paste"))
+def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host: Host, own: Path, lend: Any) -> None:
+    picture = lend(Picture(host, optional=("undo", "swap", "side", "paste")))
     picture.draw()
     assert not library().lb_wants_text(picture.address)
     wanted = 0
     for x in range(picture.pixels.shape[1] - 300, picture.pixels.shape[1], 20):
         for y in range(44, 120, 6):
-            picture.point(PRESS, x, y)
-            picture.point(RELEASE, x, y)
+            picture.press(x, y)
             wanted += library().lb_wants_text(picture.address)
     assert wanted
     drawn = picture.pixels.copy()
@@ -204,11 +185,10 @@ def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host
     library().lb_paste(picture.address, None)
     picture.draw()
     assert host.value("wear") == 25.0
-    picture.close()
 
 
 def test_what_is_no_sound_is_left_out_with_a_line(
-    host: Host, folder: Path, own: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    host: Host, own: Path, tmp_path: Path, lend: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Damaged, a session's state, or of a missing bass: nothing changes."""
     host.set("gain", -6.0)
@@ -238,11 +218,10 @@ def test_what_is_no_sound_is_left_out_with_a_line(
     (tmp_path / "other").mkdir()
     write_instrument(load_preset("five-string"), tmp_path / "other" / "five-string.lbass")
     (tmp_path / "other" / "instruments.txt").write_text("five-string\n")
-    other = Host(tmp_path / "other")
+    other = lend(Host(tmp_path / "other"))
     capfd.readouterr()
     assert not other.sounds()
     assert f"{own}/Slap 1{ENDING}: the sound has a bass that is not installed" in capfd.readouterr().err
-    other.close()
 
 
 def test_a_folder_that_cannot_be_written_is_told_in_one_line(
@@ -271,7 +250,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(host: Host, own: Path)
     assert name is None and sorted(own.iterdir()) == before and host.sounds() == ["Slap 1"]
 
 
-def test_browsers_of_clap_hosts_have_them(host: Host, folder: Path, own: Path, tmp_path: Path) -> None:
+def test_browsers_of_clap_hosts_have_them(host: Host, own: Path, tmp_path: Path) -> None:
     """By name; they load in a plugin without a window too."""
     host.set("gain", -6.0)
     host.set("bass", 1.0)
@@ -279,10 +258,10 @@ def test_browsers_of_clap_hosts_have_them(host: Host, folder: Path, own: Path, t
     file = own / f"{load_preset('five-string').name} 1{ENDING}"
     file = file.rename(own / f"Low. End{ENDING}")
     (own / f"damaged{ENDING}").write_bytes(b"like = 3")
-    clap.write_bundle({name: load_preset(name) for name in NAMES}, tmp_path / "livebass")
+    clap.write_bundle({name: load_preset(name) for name in BASSES}, tmp_path / "livebass")
     with closing(Plugin(tmp_path / "livebass")) as plugin:
         presets = plugin.library.presets()
-        assert [key for _, key, _ in presets if key] == list(NAMES) and presets[-1][0] == "Low. End"
+        assert [key for _, key, _ in presets if key] == list(BASSES) and presets[-1][0] == "Low. End"
         assert len(presets[-1][2]) == 2 and plugin.library.refused == ["is not a link of livebass, nor a sound"]
         plugin.set(QUALITY, 1.0)
         plugin.rescanned = 0

@@ -7,7 +7,7 @@ from typing import Any
 
 import mido
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, refusal
 
 from livebass import __version__, load_preset, read_score
 from livebass.cli import play_settings
@@ -28,9 +28,7 @@ def test_a_preset_says_its_format_or_has_the_first(tmp_path: Path, run: Run) -> 
     file.write_text(f"format = 1\n{PRESET}")
     assert load_preset(file) == wanted
     file.write_text(f"format = 2\n{PRESET}")
-    status, _, err = run("presets", "check", file)
-    assert_one_clear_line(status, err, (1,))
-    assert f"{file}: {LATER}" in err
+    assert f"{file}: {LATER}" in refusal(run, "presets", "check", file, status=1)
     (tmp_path / "other.toml").write_text('like = "mine.toml"\n')
     with pytest.raises(ValueError, match=r"other.toml: like = .mine.toml.: .*format = 2: made for a later livebass"):
         load_preset(tmp_path / "other.toml")

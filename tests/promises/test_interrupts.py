@@ -9,26 +9,21 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.command import assert_one_clear_line
+from support.command import assert_one_clear_line, python
+from support.jack import wait_for
 
 LOAD = "import os, signal, sys, time\nfrom livebass.cli import main as cli\n"
 INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
 NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o")
 
 
-def run(code: str, *arguments: object, **environment: object) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-c", code, *map(str, arguments)]
-    env = os.environ | {name: str(value) for name, value in environment.items()}
-    return subprocess.run(line, capture_output=True, text=True, timeout=300, env=env)
-
-
-def assert_interrupted(code: str, *arguments: object, **environment: object) -> None:
+def assert_interrupted(code: str, *arguments: object, **environment: str) -> None:
     """Runs a program that ends as after Ctrl-C, with one line."""
-    done = run(code, *arguments, **environment)
+    done = python(code, *arguments, env=environment)
     assert_one_clear_line(done.returncode, done.stderr, (130,))
 
 
@@ -100,7 +95,7 @@ def test_what_runs_aside_gives_its_result_and_its_error() -> None:
         "try: aside(int, 'x')\n"
         "except ValueError: print('good')\n"
     )
-    assert run(code).stdout == "good\n"
+    assert python(code).stdout == "good\n"
 
 
 def test_a_signal_lost_at_the_very_end_does_not_kill() -> None:
@@ -116,26 +111,33 @@ def test_a_signal_lost_at_the_very_end_does_not_kill() -> None:
         "cli.livebass.main = lose\n"
         "cli.main()"
     )
-    done = run(code)
+    done = python(code)
     assert done.returncode in (0, 130) and "Traceback" not in done.stderr, done
+
+
+@contextlib.contextmanager
+def compiling(place: Path, sound: Path) -> Iterator[subprocess.Popen[str]]:
+    """A render that compiles the kernels into the cache `place` first."""
+    env = os.environ | {"NUMBA_CACHE_DIR": str(place)}
+    line = [sys.executable, "-m", "livebass", *NOTE, str(sound)]
+    with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=env) as process:
+        try:
+            assert process.stderr and process.stderr.readline().startswith("compiling the kernels")
+            yield process
+        finally:
+            process.kill()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=str)
 def test_the_process_that_compiles_ends_with_the_one_that_waits_for_it(tmp_path: Path, number: int) -> None:
     place = tmp_path / "cache"
-    env = os.environ | {"NUMBA_CACHE_DIR": str(place)}
-    line = [sys.executable, "-m", "livebass", *map(str, NOTE), str(tmp_path / "a.wav")]
-    with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=env) as process:
-        try:
-            assert process.stderr and process.stderr.readline().startswith("compiling the kernels")
-            wait_for(lambda: bool(compilers(place)))
-            process.send_signal(number)
-            _, err = process.communicate(timeout=60)
-        finally:
-            process.kill()
+    with compiling(place, tmp_path / "a.wav") as process:
+        wait_for(lambda: compilers(place), 30)
+        process.send_signal(number)
+        _, err = process.communicate(timeout=60)
     if number != signal.SIGKILL:
         assert_one_clear_line(process.returncode, err, (128 + number,))
-    wait_for(lambda: not compilers(place))
+    wait_for(lambda: not compilers(place), 30)
     assert not list(tmp_path.rglob("*.o")) and not list(tmp_path.glob("*.wav*"))
 
 
@@ -150,27 +152,14 @@ def compilers(place: Path) -> list[int]:
     return found
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + 30
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 @pytest.mark.slow
 def test_compiling_is_left_at_any_moment(tmp_path: Path) -> None:
     chance = random.Random(11)
     for number in range(5):
-        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / f"cache-{number}")}
-        line = [sys.executable, "-m", "livebass", *map(str, NOTE), str(tmp_path / "a.wav")]
-        with subprocess.Popen(line, stderr=subprocess.PIPE, text=True, env=env) as process:
-            try:
-                assert process.stderr and process.stderr.readline().startswith("compiling the kernels")
-                time.sleep(15 * chance.random() ** 2)
-                process.send_signal(signal.SIGINT)
-                _, err = process.communicate(timeout=120)
-            finally:
-                process.kill()
+        with compiling(tmp_path / f"cache-{number}", tmp_path / "a.wav") as process:
+            time.sleep(15 * chance.random() ** 2)
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=120)
         if process.returncode == 0:  # a fast machine
             assert err.count("\n") == 1
         else:
@@ -184,5 +173,5 @@ def test_the_end_does_not_search_all_objects_for_garbage() -> None:
         "atexit.register(lambda: print(len(gc.get_objects()) < gc.get_freeze_count()))\n"
         "leave(3)"
     )
-    done = run(code)
+    done = python(code)
     assert (done.returncode, done.stdout, done.stderr) == (3, "True\n", "")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from support.command import python
 
 # Packages come first: theirs are made for each system. The names are those that the documentation marks "Unix".
 PROGRAM = '''
@@ -49,8 +47,5 @@ COMMANDS = [
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:2]) or "imports")
 def test_without_what_windows_lacks(tmp_path: Path, command: tuple[str, ...]) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *command], capture_output=True, text=True, cwd=tmp_path, timeout=300,
-        env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"},
-    )  # fmt: skip
+    done = python(PROGRAM, *command, cwd=tmp_path, env={"JACK_DEFAULT_SERVER": "nobody"})
     assert done.returncode == 0, done.stderr

@@ -60,7 +60,7 @@ class Ardour:
         file = self.home / "script.lua"
         file.write_text(script)
         lines = [line.split("|") for line in self.run(LUA, file, *arguments).splitlines()]
-        return [line[1:] for line in lines if line[0] == "REPORTS"]
+        return [line[1:] for line in lines if line[0] == "TOLD"]
 
     def make(self, session: Path, script: str, *arguments: object) -> list[list[str]]:
         """Runs a script that makes a session; tries once more if Ardour's threads collided."""

@@ -12,19 +12,22 @@ import re
 import shutil
 import subprocess
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from livebass.lab.bench.jack import end_process
+from support.jack import wait_for as wait
 from support.needs import missing, package, tool
 
 PATIENCE = 120.0  # s that a test waits for a page; machines of checks are slow and busy
-# Makes the exports of the page's modules, which leave no global names, available to a test's scripts; messages stay
+# Makes the exports of the page's modules, which leave no global names, available to a test's scripts; messages stay.
+# Bytes go to a test by `inBase64`
 INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
-INSIDE += "clearTimeout(saying.timer); saying.lasts = 1e9;"
+INSIDE += "clearTimeout(saying.timer); saying.lasts = 1e9; globalThis.inBase64 = bytes => { let text = ''; "
+INSIDE += "for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768)); "
+INSIDE += "return btoa(text); };"
 # What the page copies is kept in `copied`
 COPIED = "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async text => { window.copied = text; }}})"
 # How a link ends that was made on the page's chosen bass
@@ -36,10 +39,7 @@ OFFLINE = """
   const context = new OfflineAudioContext(1, frames, rate);
   const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
   node.connect(context.destination);
-  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-  return btoa(text);
+  return inBase64(new Uint8Array((await context.startRendering()).getChannelData(0).buffer));
 })
 """
 
@@ -133,14 +133,14 @@ def firefox(profile: Path) -> Iterator[Firefox]:
 
 
 @contextmanager
-def serve(folder: Path) -> Iterator[str]:
-    """Serves a folder on this machine while the block lasts; gives the address."""
+def serve(folder: Path, port: int = 0) -> Iterator[str]:
+    """Serves a folder on this machine while the block lasts; gives the address. `port` 0: any free one."""
 
     class Quiet(http.server.SimpleHTTPRequestHandler):
         def log_message(self, *_: Any) -> None:
             pass
 
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=folder)) as server:
+    with http.server.ThreadingHTTPServer(("127.0.0.1", port), functools.partial(Quiet, directory=folder)) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
         server.shutdown()
@@ -152,19 +152,23 @@ def errors(driver: Any) -> list[dict[str, Any]]:
 
 
 def open_page(driver: Any, address: str) -> None:
-    """Opens the page of an export, ready to start and open to scripts."""
+    """Opens the page of an export anew, ready to start and open to scripts."""
+    driver.get("about:blank")
     driver.get(address)
+    look_inside(driver)
+
+
+def look_inside(driver: Any) -> None:
+    """Opens a page that has just been loaded to scripts, once it is ready to start."""
     driver.execute_script(INSIDE)
     wait(lambda: driver.execute_script("return player.ready"))
 
 
-def wait(condition: Callable[[], Any]) -> Any:
-    """Waits until a condition holds; returns its value."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "the page did not get there"
-        time.sleep(0.05)
-    return found
+def start_sound(driver: Any) -> None:
+    """Makes a page sound; browsers want a gesture before."""
+    driver.find_element("css selector", "h1").click()
+    driver.execute_script("player.sound()")
+    wait(lambda: driver.execute_script("return player.playing"))
 
 
 @contextmanager
@@ -184,11 +188,8 @@ def resize(driver: Any, width: int, height: int) -> Iterator[None]:
     sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
     try:
-        wait(
-            lambda: driver.execute_script(
-                "return innerWidth === arguments[0] && $('neck').clientWidth === state.width", width
-            )
-        )
+        fits = "return innerWidth === arguments[0] && $('neck').clientWidth === state.width"
+        wait(lambda: driver.execute_script(fits, width))
         yield
     finally:
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

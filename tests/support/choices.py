@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, parts_in, score_in
+from support.songs import digests_of
 
 RATES = 8000, 44100, 48000, 192_000  # Hz
 CHANNELS = "auto", "auto", "auto", "all", 1, 10
@@ -47,4 +47,4 @@ def digests(files: Iterable[bytes], size: int) -> list[str]:
         json.dumps(chosen(data, RATES[k % len(RATES)], CHANNELS[k % len(CHANNELS)], BASSES[k % len(BASSES)]))
         for k, data in enumerate(files)
     ]
-    return [hashlib.sha256("\n".join(found[k : k + size]).encode()).hexdigest()[:8] for k in range(0, len(found), size)]
+    return digests_of(found, size)

@@ -7,7 +7,6 @@ import subprocess
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,8 @@ from livebass.plugin import build
 from livebass.plugin.systems import this_system
 from livebass.rows.arrays import Floats
 from livebass.score.score import Score
+from support.scores import blocks
+from support.structures import function, struct
 
 MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"
 RELIEF = 11  # a parameter
@@ -39,96 +40,73 @@ def counting_host(folder: Path) -> Path:
     return host
 
 
-def struct(*fields: tuple[str, Any]) -> Any:
-    return type("Struct", (c.Structure,), {"_fields_": list(fields)})
-
-
-def function(result: Any, *arguments: Any) -> Any:
-    return c.CFUNCTYPE(result, *arguments)
-
-
 VERSION = U32 * 3
-HEAD = (("size", U32), ("time", U32), ("space", U16), ("type", U16), ("flags", U32))
-NOTE = struct(*HEAD, ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("velocity", D))
-NOTE_EXPRESSION = struct(
-    *HEAD, ("expression", I32), ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("value", D)
-)
-PARAM_VALUE = struct(
-    *HEAD, ("param", U32), ("cookie", P), ("id", I32), ("port", I16), ("channel", I16), ("key", I16), ("value", D)
-)
-GESTURE = struct(*HEAD, ("param", U32))
-MIDI_EVENT = struct(*HEAD, ("port", U16), ("data", c.c_uint8 * 3))
-IN_EVENTS = struct(("data", P), ("size", function(U32, P)), ("get", function(P, P, U32)))
-OUT_EVENTS = struct(("data", P), ("push", function(B, P, P)))
-BUFFER = struct(("data32", P), ("data64", P), ("channels", U32), ("latency", U32), ("constant", U64))
+HEAD: dict[str, Any] = {"size": U32, "time": U32, "space": U16, "type": U16, "flags": U32}
+NOTE = struct(**HEAD, id=I32, port=I16, channel=I16, key=I16, velocity=D)
+NOTE_EXPRESSION = struct(**HEAD, expression=I32, id=I32, port=I16, channel=I16, key=I16, value=D)
+PARAM_VALUE = struct(**HEAD, param=U32, cookie=P, id=I32, port=I16, channel=I16, key=I16, value=D)
+GESTURE = struct(**HEAD, param=U32)
+MIDI_EVENT = struct(**HEAD, port=U16, data=c.c_uint8 * 3)
+IN_EVENTS = struct(data=P, size=function(U32, P), get=function(P, P, U32))
+OUT_EVENTS = struct(data=P, push=function(B, P, P))
+BUFFER = struct(data32=P, data64=P, channels=U32, latency=U32, constant=U64)
 PROCESS = struct(
-    ("steady", I64), ("frames", U32), ("transport", P), ("inputs", P), ("outputs", P), ("input_count", U32),
-    ("output_count", U32), ("in_events", P), ("out_events", P),
+    steady=I64, frames=U32, transport=P, inputs=P, outputs=P, input_count=U32, output_count=U32, in_events=P,
+    out_events=P,
 )  # fmt: skip
 DESCRIPTOR = struct(
-    ("version", VERSION), ("id", S), ("name", S), ("vendor", S), ("url", S), ("manual", S), ("support", S),
-    ("release", S), ("description", S), ("features", c.POINTER(S)),
+    version=VERSION, id=S, name=S, vendor=S, url=S, manual=S, support=S, release=S, description=S,
+    features=c.POINTER(S),
 )  # fmt: skip
 PLUGIN = struct(
-    ("descriptor", c.POINTER(DESCRIPTOR)), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
-    ("activate", function(B, P, D, U32, U32)), ("deactivate", function(None, P)), ("start", function(B, P)),
-    ("stop", function(None, P)), ("reset", function(None, P)), ("process", function(I32, P, P)),
-    ("extension", function(P, P, S)), ("on_main_thread", function(None, P)),
+    descriptor=c.POINTER(DESCRIPTOR), data=P, init=function(B, P), destroy=function(None, P),
+    activate=function(B, P, D, U32, U32), deactivate=function(None, P), start=function(B, P), stop=function(None, P),
+    reset=function(None, P), process=function(I32, P, P), extension=function(P, P, S),
+    on_main_thread=function(None, P),
 )  # fmt: skip
 HOST = struct(
-    ("version", VERSION), ("data", P), ("name", S), ("vendor", S), ("url", S), ("release", S),
-    ("extension", function(P, P, S)), ("restart", function(None, P)), ("process", function(None, P)),
-    ("callback", function(None, P)),
+    version=VERSION, data=P, name=S, vendor=S, url=S, release=S, extension=function(P, P, S),
+    restart=function(None, P), process=function(None, P), callback=function(None, P),
 )  # fmt: skip
-ENTRY = struct(("version", VERSION), ("init", function(B, S)), ("deinit", function(None)), ("factory", function(P, S)))
+ENTRY = struct(version=VERSION, init=function(B, S), deinit=function(None), factory=function(P, S))
 FACTORY = struct(
-    ("count", function(U32, P)), ("descriptor", function(c.POINTER(DESCRIPTOR), P, U32)),
-    ("create", function(P, P, P, S)),
+    count=function(U32, P), descriptor=function(c.POINTER(DESCRIPTOR), P, U32), create=function(P, P, P, S),
 )  # fmt: skip
 PARAM_INFO = struct(
-    ("id", U32), ("flags", U32), ("cookie", P), ("name", c.c_char * 256), ("module", c.c_char * 1024),
-    ("minimum", D), ("maximum", D), ("default", D),
+    id=U32, flags=U32, cookie=P, name=c.c_char * 256, module=c.c_char * 1024, minimum=D, maximum=D, default=D,
 )  # fmt: skip
 PARAMS = struct(
-    ("count", function(U32, P)), ("info", function(B, P, U32, P)), ("value", function(B, P, U32, P)),
-    ("to_text", function(B, P, U32, D, P, U32)), ("from_text", function(B, P, U32, S, P)),
-    ("flush", function(None, P, P, P)),
+    count=function(U32, P), info=function(B, P, U32, P), value=function(B, P, U32, P),
+    to_text=function(B, P, U32, D, P, U32), from_text=function(B, P, U32, S, P), flush=function(None, P, P, P),
 )  # fmt: skip
-AUDIO_PORT = struct(
-    ("id", U32), ("name", c.c_char * 256), ("flags", U32), ("channels", U32), ("type", S), ("pair", U32)
-)
-NOTE_PORT = struct(("id", U32), ("supported", U32), ("preferred", U32), ("name", c.c_char * 256))
-PORTS = struct(("count", function(U32, P, B)), ("get", function(B, P, U32, B, P)))
-NOTE_NAME = struct(("name", c.c_char * 256), ("port", I16), ("key", I16), ("channel", I16))
-NOTE_NAMES = struct(("count", function(U32, P)), ("get", function(B, P, U32, P)))
-REMOTE_PAGE = struct(
-    ("section", c.c_char * 256), ("id", U32), ("name", c.c_char * 256), ("parameters", U32 * 8), ("of_preset", B)
-)
-REMOTE_CONTROLS = struct(("count", function(U32, P)), ("get", function(B, P, U32, P)))
-STREAM = struct(("data", P), ("go", function(I64, P, P, U64)))
-STATE = struct(("save", function(B, P, P)), ("load", function(B, P, P)))
-RENDER = struct(("needs", function(B, P)), ("set", function(B, P, I32)))
-NUMBER = struct(("get", function(U32, P)))
-PRESET_LOAD = struct(("from_location", function(B, P, U32, S, S)))
-THREAD_POOL = struct(("exec", function(None, P, U32)))
-POOL_OF_HOST = struct(("request", function(B, P, U32)))
-LOG = struct(("log", function(None, P, I32, S)))
-PARAMS_OF_HOST = struct(("rescan", function(None, P, U32)), ("clear", P), ("request_flush", function(None, P)))
+AUDIO_PORT = struct(id=U32, name=c.c_char * 256, flags=U32, channels=U32, type=S, pair=U32)
+NOTE_PORT = struct(id=U32, supported=U32, preferred=U32, name=c.c_char * 256)
+PORTS = struct(count=function(U32, P, B), get=function(B, P, U32, B, P))
+NOTE_NAME = struct(name=c.c_char * 256, port=I16, key=I16, channel=I16)
+NOTE_NAMES = struct(count=function(U32, P), get=function(B, P, U32, P))
+REMOTE_PAGE = struct(section=c.c_char * 256, id=U32, name=c.c_char * 256, parameters=U32 * 8, of_preset=B)
+REMOTE_CONTROLS = struct(count=function(U32, P), get=function(B, P, U32, P))
+STREAM = struct(data=P, go=function(I64, P, P, U64))
+STATE = struct(save=function(B, P, P), load=function(B, P, P))
+RENDER = struct(needs=function(B, P), set=function(B, P, I32))
+PRESET_LOAD = struct(from_location=function(B, P, U32, S, S))
+THREAD_POOL = struct(exec=function(None, P, U32))
+POOL_OF_HOST = struct(request=function(B, P, U32))
+LOG = struct(log=function(None, P, I32, S))
+PARAMS_OF_HOST = struct(rescan=function(None, P, U32), clear=P, request_flush=function(None, P))
 PROVIDER = struct(
-    ("descriptor", P), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
-    ("metadata", function(B, P, U32, S, P)), ("extension", P),
+    descriptor=P, data=P, init=function(B, P), destroy=function(None, P), metadata=function(B, P, U32, S, P),
+    extension=P,
 )  # fmt: skip
-LOCATION = struct(("flags", U32), ("name", S), ("kind", U32), ("path", S))
+LOCATION = struct(flags=U32, name=S, kind=U32, path=S)
 INDEXER = struct(
-    ("version", VERSION), ("name", S), ("vendor", S), ("url", S), ("release", S), ("data", P),
-    ("filetype", function(B, P, c.POINTER(S * 3))), ("location", function(B, P, c.POINTER(LOCATION))),
-    ("soundpack", P), ("extension", P),
+    version=VERSION, name=S, vendor=S, url=S, release=S, data=P, filetype=function(B, P, c.POINTER(S * 3)),
+    location=function(B, P, c.POINTER(LOCATION)), soundpack=P, extension=P,
 )  # fmt: skip
 RECEIVER = struct(
-    ("data", P), ("error", function(None, P, I32, S)), ("begin", function(B, P, S, S)),
-    ("plugin", function(None, P, c.POINTER(S * 2))),
-    *((name, function(None, P, P)) for name in ("soundpack", "flags", "creator", "description", "times")),
-    ("feature", function(None, P, S)), ("extra", P),
+    data=P, error=function(None, P, I32, S), begin=function(B, P, S, S), plugin=function(None, P, c.POINTER(S * 2)),
+    **dict.fromkeys(("soundpack", "flags", "creator", "description", "times"), function(None, P, P)),
+    feature=function(None, P, S), extra=P,
 )  # fmt: skip
 
 
@@ -172,7 +150,7 @@ class Library:
             filetype=indexer_kinds["filetype"](lambda _, kind: endings.append(kind.contents[2].decode()) is None),
             location=indexer_kinds["location"](locate),
         )  # fmt: skip
-        name = c.cast(factory.descriptor(address, 0), c.POINTER(struct(("version", VERSION), ("id", S)))).contents.id
+        name = c.cast(factory.descriptor(address, 0), c.POINTER(struct(version=VERSION, id=S))).contents.id
         made = factory.create(address, c.addressof(indexer), name)
         provider = PROVIDER.from_address(made)
         assert provider.init(made) and locations[0] == (1, PRESETS_OF_PLUGIN, "")
@@ -317,18 +295,13 @@ class Plugin:
         """Plays `frames` in blocks of `sizes`, in turn: a score as MIDI, or ordered (frame, event) pairs."""
         if isinstance(given, Score):
             given = [(int(f), midi(m.tobytes())) for f, m in zip(given.frames, given.messages, strict=True)]
-        waiting, out, done = list(given), [], 0
-        for size in cycle(sizes):
-            if done >= frames:
-                return np.concatenate(out, axis=-1)[..., :frames]
-            events = []
-            while waiting and waiting[0][0] < done + size:
-                when, event = waiting.pop(0)
-                event.time = when - done
-                events.append(event)
-            out.append(self.block(size, events))
-            done += size
-        raise AssertionError
+        events, out = list(given), []
+        for begin, size in blocks(frames, sizes):
+            now = [(when - begin, event) for when, event in events if begin <= when < begin + size]
+            for when, event in now:
+                event.time = when
+            out.append(self.block(size, [event for _, event in now]))
+        return np.concatenate(out, axis=-1)[..., :frames]
 
     def params(self) -> list[Any]:
         """Its parameters, PARAM_INFO each."""

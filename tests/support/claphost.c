@@ -10,6 +10,7 @@
 #define _GNU_SOURCE
 #endif
 #include "abi/clap.h"
+#include "chance.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -52,22 +53,15 @@ typedef union {
     clap_midi midi;
 } event;
 static event events[EVENTS];
-static uint32_t event_count, seed;
+static uint32_t event_count;
 static int requested, quiet;
 static char state[STATE];
 static uint64_t state_size, state_read;
 static float sound[OUTPUTS][MAXIMUM];
 
-static uint32_t random_below(uint32_t n) {
-    seed = seed * 1664525u + 1013904223u;
-    return (uint32_t)(((uint64_t)(seed >> 8) * n) >> 24);
-}
-
 static double random_between(double a, double b) { return a + (b - a) * random_below(1 << 20) / (1 << 20); }
 
 static void say(const clap_host *h, int32_t severity, const char *line) {
-    (void)h;
-    (void)severity;
     fprintf(stderr, "%s\n", line);
 }
 
@@ -99,7 +93,6 @@ static void *work(void *nothing) {
 
 static bool share(const clap_host *h, uint32_t count) {
     static uint32_t requested;
-    (void)h;
     if (requested++ % 8 == 7) return false;
     inside = 0; /* these locks are the host's */
     pthread_mutex_lock(&pool.lock);
@@ -117,7 +110,6 @@ static int threads;
 
 static const void *extension(const clap_host *h, const char *id) {
     static const clap_host_log log = {say};
-    (void)h;
 #ifndef _WIN32
     static const clap_host_thread_pool sharing = {share};
     if (threads && !strcmp(id, CLAP_THREAD_POOL)) return &sharing;
@@ -125,31 +117,25 @@ static const void *extension(const clap_host *h, const char *id) {
     return strcmp(id, CLAP_LOG) ? 0 : &log;
 }
 
-static void nothing(const clap_host *h) { (void)h; }
+static void nothing(const clap_host *h) {}
 
 static void ask(const clap_host *h) {
-    (void)h;
     requested = 1;
 }
 
 static uint32_t size(const clap_in_events *l) {
-    (void)l;
     return event_count;
 }
 
 static const clap_event *get(const clap_in_events *l, uint32_t k) {
-    (void)l;
     return &events[k].head;
 }
 
 static bool push(const clap_out_events *l, const clap_event *e) {
-    (void)l;
-    (void)e;
     return true;
 }
 
 static int64_t write_state(const clap_out_stream *s, const void *bytes, uint64_t n) {
-    (void)s;
     if (n > 11) n = 11;
     memcpy(state + state_size, bytes, n);
     state_size += n;
@@ -157,7 +143,6 @@ static int64_t write_state(const clap_out_stream *s, const void *bytes, uint64_t
 }
 
 static int64_t read_state(const clap_in_stream *s, void *bytes, uint64_t n) {
-    (void)s;
     if (n > state_size - state_read) n = state_size - state_read;
     if (n > 7) n = 7;
     memcpy(bytes, state + state_read, n);
@@ -206,7 +191,6 @@ static void invent(event *e, const clap_plugin *p, const clap_params *params, ui
 /* The window that the word WINDOW is for. */
 static uintptr_t parent_of(const char *word) {
 #ifdef _WIN32
-    (void)word;
     return (uintptr_t)CreateWindowExW(0, L"STATIC", L"claphost", WS_POPUP | WS_VISIBLE, 0, 0, 900, 460, 0, 0, 0, 0);
 #else
     return (uintptr_t)strtoull(word, 0, 10);

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from support.places import TESTS
@@ -29,9 +30,31 @@ GOOD = song(BASS, NOTE)
 CHORD = b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
 
 
-def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
-    line = [sys.executable, "-m", "livebass", *map(str, arguments)]
-    return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
+def command(*arguments: object, **options: Any) -> subprocess.CompletedProcess[Any]:
+    """Runs the command line in a process of its own."""
+    given = {"capture_output": True, "text": True, "timeout": 300} | options
+    return subprocess.run([sys.executable, "-m", "livebass", *map(str, arguments)], check=False, **given)
+
+
+@contextmanager
+def rendering_for_long(out: Path) -> Iterator[subprocess.Popen[str]]:
+    """Renders an hour of sound into `out` and files for the strings; killed in the end."""
+    line = [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems", "-o"]
+    with subprocess.Popen([*line, str(out)], stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def python(
+    code: str, *arguments: object, env: Mapping[str, str] = MappingProxyType({}), **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """Runs a program, which finds what tests import, in a process of its own with `env` in its environment."""
+    line = [sys.executable, "-c", code, *map(str, arguments)]
+    given = {"capture_output": True, "text": True, "timeout": 600, "check": False} | options
+    paths = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return subprocess.run(line, env=os.environ | paths | env, **given)
 
 
 def run_python(*arguments: object, env: Mapping[str, object] = {}, **options: Any) -> subprocess.CompletedProcess[str]:
@@ -72,10 +95,10 @@ def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 
     assert "Traceback" not in err and "internal error" not in err, err
 
 
-def cli_error(run: Run, *arguments: object, allowed: tuple[int, ...] = (1, 2)) -> str:
-    """What a command says that must fail, with one clear line; it prints nothing else."""
-    status, out, err = run(*arguments)
-    assert_one_clear_line(status, err, allowed)
+def refusal(run: Run, *arguments: object, status: int | None = None) -> str:
+    """The error of a command that must fail in one clear line, with `status` or, by default, 1 or 2."""
+    found, out, err = run(*arguments)
+    assert_one_clear_line(found, err, (1, 2) if status is None else (status,))
     assert not out
     return err
 

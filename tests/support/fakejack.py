@@ -20,6 +20,7 @@ import pytest
 from livebass.live import jack, jackmidi, outputs, portaudio
 from livebass.live.thread.desk import POSITION_FRAME, ROLLING
 from livebass.rows.arrays import Floats
+from support.structures import struct
 
 RATE, PERIOD = 48000, 256
 PAUSE = 0.001  # s between two periods in a thread: others, such as a recorder's, keep up
@@ -28,10 +29,7 @@ PROCESS, BUFFER, COUNT = c.CFUNCTYPE(I32, U32, P), c.CFUNCTYPE(P, P, U32), c.CFU
 GET, QUERY = c.CFUNCTYPE(I32, P, P, U32), c.CFUNCTYPE(I32, P, P)
 
 
-class Event(c.Structure):
-    """A jack_midi_event_t."""
-
-    _fields_ = [("time", U32), ("size", c.c_size_t), ("data", P)]
+Event = struct(time=U32, size=c.c_size_t, data=P)  # a jack_midi_event_t
 
 
 class Ports(list[SimpleNamespace]):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from ctypes import c_uint8
-from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ from support import clap as of_clap
 from support import lv2 as of_lv2
 from support import vst3 as of_vst3
 from support.plugins import RATE, write_bundle
+from support.scores import blocks
 
 
 class Expression(NamedTuple):
@@ -60,14 +60,11 @@ class Host:
         """Plays in blocks of `sizes`, in turn; returns (frames,), or (outputs, frames) for several outputs."""
         if isinstance(events, Score):
             events = [(int(f), m.tobytes()) for f, m in zip(events.frames, events.messages, strict=True)]
-        out, done = [], 0
-        for size in cycle(sizes):
-            if done >= frames:
-                break
-            now = [(f - done, m) for f, m in events if done <= f < done + size]
-            values = [(f - done, s, x) for f, s, x in points if done <= f < done + size]
+        out = []
+        for begin, size in blocks(frames, sizes):
+            now = [(f - begin, m) for f, m in events if begin <= f < begin + size]
+            values = [(f - begin, s, x) for f, s, x in points if begin <= f < begin + size]
             out.append(self.block(size, now, values))
-            done += size
         whole = np.concatenate(out, axis=-1)[:, :frames]
         return whole if self.apart else whole[0]
 

@@ -46,16 +46,34 @@ def livebass(*arguments: object, under: str | None = None, **more: Any) -> subpr
     )
 
 
-def wait_for(
-    what: Callable[[], object], seconds: float = PATIENCE, process: subprocess.Popen[str] | None = None
-) -> None:
-    """Waits until `what()` is true; fails after `seconds`, or, with its last words, if `process` ends first."""
+@contextmanager
+def playing(*arguments: object, **more: Any) -> Iterator[subprocess.Popen[str]]:
+    """`livebass play`, killed in the end unless it has ended."""
+    process = livebass("play", *arguments, **more)
+    try:
+        yield process
+    finally:
+        process.kill()
+
+
+def end(process: subprocess.Popen[str], number: int) -> str:
+    """Ends a process by a signal; returns what it said on its standard error."""
+    process.send_signal(number)
+    return process.communicate(timeout=PATIENCE)[1]
+
+
+def wait_for(what: Callable[[], Any], seconds: float = PATIENCE, process: subprocess.Popen[str] | None = None) -> Any:
+    """Waits until `what()` is true, and returns it.
+
+    Fails after `seconds`, or, with its last words, if `process` ends first.
+    """
     end = time.monotonic() + seconds
-    while not what():
+    while not (found := what()):
         if process is not None and process.poll() is not None and not what():
             raise AssertionError(f"ended with status {process.returncode}: {process.communicate()[1]}")
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)
+    return found
 
 
 def wait_for_log(log: Path, *texts: str, times: int = 1, process: subprocess.Popen[str] | None = None) -> None:

@@ -106,9 +106,7 @@ def make_files() -> dict[str, bytes]:
         "keys.toml": key_map_text(load_key_map("modo")).encode(),
         "sound.toml": sound_text("reggae-dub").encode(),
         "link.txt": LINK.encode(),
-        "play.toml": play_settings.PlaySettings(preset="slap", gain=-3.0, controllers={"tone": 20}, tuning="drop-d")
-        .text()
-        .encode(),
+        "play.toml": SETTINGS.text().encode(),
     }
     with tempfile.TemporaryDirectory() as folder:
         for kind in FORMATS:

@@ -8,11 +8,9 @@
     if (!(x)) return __LINE__ % 256
 
 static void complain(void *owner, const char *line) {
-    (void)owner;
-    (void)line;
 }
 
-static void ask(void *owner) { (void)owner; }
+static void ask(void *owner) {}
 
 static void turn(lb_instance *i, int controller, int value) {
     static float out[64];

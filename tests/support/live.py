@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from livebass.live.thread.ring import push_message, unread
 from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
+from support.scores import blocks
 
 RATE = 48000
 
@@ -139,16 +139,12 @@ def played_ahead(
     synth, device = synth_and_device(preset, adaptive=False)
     run_ahead(synth, "far")
     assert synth.bass is not None
-    heard, sent, done, lead = [], 0, 0, 0
-    for size in cycle(sizes):
-        while sent < len(messages) and messages[sent][0] < done + size:
-            assert synth.send(*messages[sent][1:], frame=messages[sent][0])
-            sent += 1
+    heard, lead = [], 0
+    for begin, size in blocks(frames, sizes):
+        for frame, *message in messages:
+            assert not begin <= frame < begin + size or synth.send(*message, frame=frame)
         heard.append(device.block(size))
-        done += size
-        lead = max(lead, *(int(v.record["frame"][0]) - done for v in synth.bass.engine.voices))
-        if done >= frames:
-            break
+        lead = max(lead, *(int(v.record["frame"][0]) - begin - size for v in synth.bass.engine.voices))
     assert lead >= 700, "nothing ran ahead"
     return np.concatenate(heard)[:frames]
 

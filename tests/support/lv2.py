@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes as c
 from collections.abc import Iterable
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,8 @@ import numpy as np
 from livebass.live.parameters import PARAMETERS
 from livebass.rows.arrays import Floats
 from livebass.score.score import Score
+from support.scores import blocks
+from support.structures import struct
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling", "overload")
 EXTENSIONS, MIDNAM_URI = "http://lv2plug.in/ns/ext/", "http://ardour.org/lv2/midnam"
@@ -21,10 +22,6 @@ U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
 RESPOND = c.CFUNCTYPE(I32, P, U32, P)
 STORE = c.CFUNCTYPE(I32, P, U32, P, c.c_size_t, U32, U32)
 RETRIEVE = c.CFUNCTYPE(P, P, U32, c.POINTER(c.c_size_t), c.POINTER(U32), c.POINTER(U32))
-
-
-def struct(**fields: Any) -> type[c.Structure]:
-    return type("Struct", (c.Structure,), {"_fields_": list(fields.items())})
 
 
 FEATURE = struct(uri=S, data=P)
@@ -99,33 +96,30 @@ class Plugin:
 
     def block(self, frames: int, messages: Iterable[tuple[int, bytes]] = ()) -> Floats:
         """Plays a block with `messages`, (frame in it, bytes): (frames,), or (outputs, frames) for several outputs."""
+        outs = self._run([(frame, MIDI, message) for frame, message in messages], frames)
+        return outs if self.outputs > 1 else outs[0]
+
+    def _run(self, atoms: Iterable[tuple[int, str, bytes]], frames: int) -> Floats:
+        """Plays a block with atoms, (frame in it, type, body): (outputs, frames)."""
         events = b""
-        for frame, message in messages:
-            head = np.array([frame], np.int64).tobytes() + np.array([len(message), self.number(MIDI)], "u4").tobytes()
-            events += head + message.ljust(8, b"\0")
+        for frame, uri, body in atoms:
+            head = np.array([frame], np.int64).tobytes() + np.array([len(body), self.number(uri)], "u4").tobytes()
+            events += head + body.ljust((len(body) + 7) // 8 * 8, b"\0")
         sequence = np.array([8 + len(events), self.number("sequence"), 0, 0], "u4").tobytes() + events
         c.memmove(self.midi, sequence, len(sequence))
         outs = np.full((self.outputs, frames), np.nan, np.float32)
         for k, out in enumerate(outs, 1):
             self.plugin.connect(self.handle, k, out.ctypes.data)
         self.plugin.run(self.handle, frames)
-        return outs if self.outputs > 1 else outs[0]
+        return outs
 
     def send(self, atoms: Iterable[tuple[str, bytes]], frames: int = 64) -> list[tuple[str, bytes]]:
         """Plays a block with a window's atoms, (type, body); returns those sent back to a window."""
-        events, room = b"", c.create_string_buffer(1 << 17)
-        for uri, body in atoms:
-            head = np.array([0], np.int64).tobytes() + np.array([len(body), self.number(uri)], "u4").tobytes()
-            events += head + body.ljust((len(body) + 7) // 8 * 8, b"\0")
-        sequence = np.array([8 + len(events), self.number("sequence"), 0, 0], "u4").tobytes() + events
-        c.memmove(self.midi, sequence, len(sequence))
+        room = c.create_string_buffer(1 << 17)
         c.memmove(room, np.array([len(room) - 8, 0], "u4").tobytes(), 8)
-        outs = np.zeros((self.outputs, frames), np.float32)
-        for k, out in enumerate(outs, 1):
-            self.plugin.connect(self.handle, k, out.ctypes.data)
         look = 1 + self.outputs + len(CONTROLS)
         self.plugin.connect(self.handle, look, c.addressof(room))
-        self.plugin.run(self.handle, frames)
+        self._run([(0, uri, body) for uri, body in atoms], frames)
         self.plugin.connect(self.handle, look, None)
         found, at, end = [], 16, 8 + int(np.frombuffer(room, "u4", 1)[0])
         while at < end:
@@ -142,15 +136,12 @@ class Plugin:
 
     def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,), start: int = 0) -> Floats:
         """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; the last block is whole."""
-        out, done, sent = [], start, int(np.searchsorted(score.frames, start))
-        for size in cycle(sizes):
-            if done >= start + frames:
-                return np.concatenate(out, axis=-1)[..., :frames]
-            until = int(np.searchsorted(score.frames, done + size))
-            messages = [(int(score.frames[k]) - done, score.messages[k].tobytes()) for k in range(sent, until)]
+        out = []
+        for begin, size in blocks(frames, sizes, start):
+            first, until = np.searchsorted(score.frames, (begin, begin + size))
+            messages = [(int(score.frames[k]) - begin, score.messages[k].tobytes()) for k in range(first, until)]
             out.append(self.block(size, messages))
-            done, sent = done + size, until
-        raise AssertionError
+        return np.concatenate(out, axis=-1)[..., :frames]
 
     def save(self) -> dict[int, tuple[bytes, int]]:
         """Its state: (value, type) by key."""

@@ -58,11 +58,6 @@ def package(name: str, part: str = "JACK") -> Any:
         return missing(needed, package, part, error)
 
 
-def pedalboard() -> Any:
-    """The package pedalboard, which plays plugins within the test's process."""
-    return package("pedalboard", "")
-
-
 def tool(name: str, part: str = "") -> str:
     """Returns the path of the program `name`; skips the test without it. Fails if LIVEBASS_NEEDS_part."""
     needed, package = PROGRAMS.get(name, (name, ""))

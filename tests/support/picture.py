@@ -21,6 +21,7 @@ from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
 from livebass.score.score import Score
 from support.plugins import kept_product, sources
+from support.structures import struct
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
@@ -52,14 +53,12 @@ OPTIONAL = {
 }  # fmt: skip
 
 
-class Face(c.Structure):
-    """lb_face."""
-
-    _fields_ = [
-        ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("maximum", VALUE), ("set", SET), ("text", TEXT),
-        ("read", READ), ("note", NOTE), ("own", c.c_void_p), ("switched", SWITCHED),
-        *((name, c.c_void_p) for name in OPTIONAL),
-    ]  # fmt: skip
+# lb_face
+Face = struct(
+    owner=c.c_void_p, look=c.c_void_p, value=VALUE, maximum=VALUE, set=SET, text=TEXT, read=READ, note=NOTE,
+    own=c.c_void_p, switched=SWITCHED, **dict.fromkeys(OPTIONAL, c.c_void_p),
+)  # fmt: skip
+Move = struct(parameter=c.c_int, phase=c.c_int, value=c.c_double)  # lb_move
 
 
 @functools.cache
@@ -83,63 +82,41 @@ def load_product(product: str, *more: str) -> Any:
         made.write_bytes(kept_product(product, make))
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double
+    # Others take addresses and whole numbers, and give a whole number or nothing, as ctypes expects
     for name, result, arguments in (
         ("lb_new_picture", address, [c.POINTER(Face)]),
-        ("lb_free_picture", None, [address]),
         ("lb_draw", None, [address, address, whole, whole, real, whole, real, c.POINTER(c.c_int * 4)]),
         ("lb_drawn_area", whole, [address, whole, c.POINTER(c.c_int * 4)]),
         ("lb_point", whole, [address, whole, real, real, whole]),
-        ("lb_watch", None, [address, whole]),
-        ("lb_key", whole, [address, whole, whole]),
-        ("lb_wants_keys", whole, [address]),
         ("lb_text_width", real, [real, c.c_char_p]),
         ("lb_text_to_value", whole, [address, whole, c.c_char_p, c.POINTER(real)]),
-        ("lb_copy_side", None, [address]),
         ("lb_title", None, [address, address, c.c_size_t]),
         ("lb_put_look", None, [address, address]),
         ("lb_read_look", whole, [address, whole, address]),
         ("lb_looks_taken", c.c_uint64, [address]),
         ("new_host", address, [c.c_char_p, real]),
-        ("free_host", None, [address]),
         ("look_of_host", address, [address]),
         ("set_host", None, [address, whole, real]),
         ("host_value", real, [address, whole]),
-        ("host_is_kept", whole, [address]),
-        ("host_update", None, [address]),
         ("host_max", real, [address, whole]),
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
         ("read_song", whole, [c.c_char_p, c.c_size_t, whole, address, address, c.c_int64, address]),
         ("view_song", None, [address, address]),
-        ("steer_song", None, [address, whole]),
         ("restart_host", whole, [address, real]),
         ("lb_take_dropped", c.c_char_p, [address, c.c_char_p]),
         ("read_name", whole, [c.c_char_p, c.c_size_t, address]),
         ("note_host", None, [address, whole, whole, real]),
         ("song_host", None, [address, address, address, c.c_int64, c.c_int64]),
-        ("roll_host", None, [address, whole, whole]),
-        ("host_rolls", whole, [address]),
-        ("host_may_sleep", whole, [address]),
-        ("touch_host", None, [address, whole, whole, whole]),
         ("move_host", whole, [address, address]),
         ("lb_move_value", None, [address, whole, real, whole]),
-        ("lb_keep_values", None, [address]),
-        ("lb_undo", None, [address]),
-        ("lb_swap_sides", None, [address]),
-        ("lb_side", whole, [address]),
-        ("lb_learn", whole, [address, whole]),
-        ("lb_reset_instance", None, [address]),
         ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
         ("lb_new_state", address, [address, c.POINTER(c.c_size_t)]),
         ("lb_load_state", whole, [address, address, c.c_size_t]),
-        ("lb_list_sounds", whole, [address]),
         ("lb_sound_name", c.c_char_p, [address, whole]),
         ("lb_save_sound", whole, [address, address, c.c_size_t]),
-        ("lb_load_sound", whole, [address, whole]),
-        ("lb_remove_sound", None, [address, whole]),
         ("lb_take_text", c.c_char_p, [address, c.c_char_p]),
-        ("lb_wants_text", whole, [address]),
         ("lb_paste", None, [address, c.c_char_p]),
         ("new_looks", address, []),
         ("size_of_look", c.c_size_t, []),
@@ -156,12 +133,6 @@ def shelf(folder: Path, names: Sequence[str]) -> Path:
         write_instrument(load_preset(name), folder / f"{name}.lbass")
     (folder / "instruments.txt").write_text("\n".join(names) + "\n")
     return folder
-
-
-class Move(c.Structure):
-    """lb_move."""
-
-    _fields_ = [("parameter", c.c_int), ("phase", c.c_int), ("value", c.c_double)]
 
 
 class SongView(c.Structure):
@@ -183,9 +154,9 @@ class Host:
     def __init__(self, folder: Path, rate: float = 48000.0, build: Any = None) -> None:
         """`build`: another than `library`."""
         self.library = build or library()
-        self.address = self.library.new_host(str(folder).encode(), rate)
+        self.address = c.c_void_p(self.library.new_host(str(folder).encode(), rate))
         assert self.address
-        self.look = self.library.look_of_host(self.address)
+        self.look = c.c_void_p(self.library.look_of_host(self.address))
 
     def play(self, frames: int, block: int = 256) -> NDArray[np.float32]:
         """Plays in blocks."""
@@ -290,6 +261,12 @@ class Host:
         good = self.library.lb_save_sound(self.address, c.addressof(room), 256)
         return room.value.decode() if good else None
 
+    def title(self) -> str:
+        """What its window shows of the bass or the sound that plays."""
+        room = c.create_string_buffer(200)
+        self.library.lb_title(self.address, c.addressof(room), 200)
+        return room.value.decode()
+
     def number(self, symbol: str) -> int:
         """The number of a parameter."""
         return number(symbol)
@@ -318,7 +295,7 @@ class Picture:
         self.values = {p.number: p.default for p in PARAMETERS}
         self.sets: list[tuple[int, float, int]] = []
         self.notes: list[tuple[int, int, int]] = []
-        self.look = host.look if host else library().new_looks()
+        self.look = host.look if host else c.c_void_p(library().new_looks())
         self.face = Face(
             host.address if host else None, self.look, VALUE(self._value), VALUE(self._maximum), SET(self._set),
             TEXT(self._text), READ(self._read), NOTE(self._note),
@@ -327,7 +304,7 @@ class Picture:
         )  # fmt: skip
         for name in optional:
             setattr(self.face, name, c.cast(getattr(library(), str(OPTIONAL[name])), c.c_void_p))
-        self.address = library().lb_new_picture(self.face)
+        self.address = c.c_void_p(library().lb_new_picture(self.face))
         self.resize(*size)
 
     def resize(self, width: int, height: int) -> None:
@@ -397,6 +374,12 @@ class Picture:
         """Moves or clicks the pointer; returns its shape."""
         return int(library().lb_point(self.address, kind, x, y, modifiers))
 
+    def press(self, x: float, y: float, modifiers: int = 0) -> None:
+        """Presses and releases the button at a place; then draws."""
+        for kind in (PRESS, RELEASE):
+            self.point(kind, x, y, modifiers)
+        self.draw()
+
     def turn_to(self, page: int) -> None:
         """Presses a page's tab: the row is found by the pointer."""
         scale, places = self.scale, [14 + 84 * k + 40 for k in range(PAGES)]
@@ -405,8 +388,7 @@ class Picture:
             for y in range(int(46 * scale), len(self.pixels), 2)
             if all(self.point(MOVE, x * scale, y) == 1 and not self.point(MOVE, (x + 42) * scale, y) for x in places)
         )
-        self.point(PRESS, places[page] * scale, row)
-        self.point(RELEASE, places[page] * scale, row)
+        self.press(places[page] * scale, row)
         self.point(MOVE, 0, 0)
         self.draw()
 

@@ -139,6 +139,11 @@ def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
     return score_of(NOTES[:notes], rate)
 
 
+def messages_in_s(score: Score) -> list[tuple[bytes, float]]:
+    """A score for pedalboard, (message, time in s); a quarter of a frame late, as it rounds down."""
+    return [(m.tobytes(), (f + 0.25) / score.rate) for f, m in zip(score.frames.tolist(), score.messages, strict=True)]
+
+
 @functools.cache
 def render_preset(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
     """The sound of `livebass render`, (strings, n) float32, without its faded end."""

@@ -62,14 +62,10 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
             return found
     parts = read_parts(file, switches=() if raised else bass.switches)
     found["parts"] = [
-        [
-            *(getattr(part, name) for name in PART),
-            part.is_drums,
-            ",".join(map(str, part.programs)),
-            ",".join(map(str, part.banks)),
-        ]
+        [*(getattr(part, name) for name in PART), part.is_drums,
+         *(",".join(map(str, numbers)) for numbers in (part.programs, part.banks))]
         for part in parts
-    ]
+    ]  # fmt: skip
     return found
 
 

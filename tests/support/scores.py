@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import cycle
 from operator import itemgetter
 
@@ -19,6 +19,16 @@ from support.messages import messages_of, send
 SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)
 RATE = 44100
+
+
+def blocks(frames: int, sizes: Iterable[int], start: int = 0) -> Iterator[tuple[int, int]]:
+    """The first frame and the size of blocks of `sizes`, in turn, that have `frames` from `start` on, or more."""
+    begin = start
+    for size in cycle(sizes):
+        if begin >= start + frames:
+            return
+        yield begin, size
+        begin += size
 
 
 def busy_score(rate: int = RATE) -> Score:

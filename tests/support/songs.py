@@ -132,11 +132,8 @@ def damage(data: bytearray, rng: random.Random) -> None:
     at = rng.randrange(len(data) + 1)
     tracks = [k for k in range(len(data)) if data[k : k + 4] == b"MTrk"]
     length = (rng.choice(tracks) if tracks and rng.random() < 0.9 else 0) + 4
-    one, none, new = (
-        slice(at, at + 1),
-        slice(at, at),
-        (b"MTrk", b"MThd", b"MTrk\0\0\0\4\0\xff\x2f\0", b"abcd\0\0\0\0"),
-    )
+    one, none = slice(at, at + 1), slice(at, at)
+    new = (b"MTrk", b"MThd", b"MTrk\0\0\0\4\0\xff\x2f\0", b"abcd\0\0\0\0")
     ways: list[tuple[slice, bytes]] = [
         (one, rng.randbytes(1)),
         (one, rng.choice([b"\xff", b"\xf0", b"\x80", b"\x7f", b"\0"])),
@@ -180,5 +177,9 @@ def content(data: bytes) -> list[Any]:
 
 def digests(files: Iterable[bytes], size: int) -> list[str]:
     """A digest of the contents of each `size` files."""
-    found = [json.dumps(content(data)) for data in files]
+    return digests_of([json.dumps(content(data)) for data in files], size)
+
+
+def digests_of(found: list[str], size: int) -> list[str]:
+    """A digest of each `size` texts."""
     return [hashlib.sha256("\n".join(found[k : k + size]).encode()).hexdigest()[:8] for k in range(0, len(found), size)]

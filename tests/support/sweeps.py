@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import psutil
 
+from support.jack import wait_for
 from support.needs import processes
 
 PATIENCE = 120  # s until a test gives up
@@ -74,16 +74,9 @@ def sweeping(directory: Path, *more: str, pause: int = 0) -> Iterator[subprocess
             child.kill()
 
 
-def until(what: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not what():
-        assert time.monotonic() < end, "never came"
-        time.sleep(0.005)
-
-
 def paused(process: subprocess.Popen[str]) -> list[psutil.Process]:
     """Its workers, once it has stopped itself; the one that computes finishes its point and waits."""
-    until(lambda: psutil.Process(process.pid).status() == psutil.STATUS_STOPPED)
+    wait_for(lambda: psutil.Process(process.pid).status() == psutil.STATUS_STOPPED)
     return psutil.Process(process.pid).children()
 
 

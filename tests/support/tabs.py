@@ -18,6 +18,11 @@ from livebass.tab.perform import Performance, perform
 
 BASS = (28, 33, 38, 43)
 BEAT = Fraction(1)
+# The note value, dot and tuplet of a length in quarters; of several the plainest, which comes last
+LENGTHS = {
+    Fraction(4, value) * (Fraction(3, 2) if dotted else 1) * times / enters: (value, dotted, (enters, times))
+    for value in (32, 16, 8, 4, 2, 1) for dotted in (True, False) for enters, times in ((3, 2), (1, 1))
+}  # fmt: skip
 
 
 def note(string: int, fret: int, **signs: Any) -> Note:
@@ -106,13 +111,8 @@ def _header(gp: Any, bar: Bar, number: int) -> Any:
 
 
 def _gp_length(gp: Any, length: Fraction) -> Any:
-    for value in (1, 2, 4, 8, 16, 32):
-        for dotted in (False, True):
-            for enters, times in ((1, 1), (3, 2)):
-                made = gp.Duration(value, dotted, tuplet=gp.Tuplet(enters, times))
-                if Fraction(4, value) * (Fraction(3, 2) if dotted else 1) * times / enters == length:
-                    return made
-    raise ValueError(length)
+    value, dotted, (enters, times) = LENGTHS[length]
+    return gp.Duration(value, dotted, tuplet=gp.Tuplet(enters, times))
 
 
 def _gp_beat(gp: Any, voice: Any, beat: Beat, strings: int, version: tuple[int, ...]) -> Any:
@@ -225,13 +225,9 @@ def _gpif_bar(bar: Bar, bars: list[int]) -> str:
 
 def _gpif_rhythm(length: Fraction) -> str:
     words = {1: "Whole", 2: "Half", 4: "Quarter", 8: "Eighth", 16: "16th", 32: "32nd"}
-    for value, word in words.items():
-        for dots, factor in ((0, Fraction(1)), (1, Fraction(3, 2))):
-            for num, den in ((1, 1), (3, 2)):
-                if Fraction(4, value) * factor * den / num == length:
-                    dotted = f'<AugmentationDot count="{dots}"/>' if dots else ""
-                    return f'<NoteValue>{word}</NoteValue>{dotted}<PrimaryTuplet num="{num}" den="{den}"/>'
-    raise ValueError(length)
+    value, dotted, (num, den) = LENGTHS[length]
+    dot = '<AugmentationDot count="1"/>' if dotted else ""
+    return f'<NoteValue>{words[value]}</NoteValue>{dot}<PrimaryTuplet num="{num}" den="{den}"/>'
 
 
 def _gpif_beats(put: Callable[[str, str], int], voice: list[Beat], track: Track) -> list[str]:
@@ -277,13 +273,8 @@ def _gpif_beat(put: Callable[[str, str], int], beat: Beat, track: Track, grace: 
 
 def _gpif_note(each: Note, track: Track) -> str:
     rows = {"String": f"<String>{each.string}</String>", "Fret": f"<Fret>{each.fret}</Fret>"}
-    switches = {
-        "Muted": each.dead,
-        "PalmMuted": each.palm,
-        "HopoOrigin": each.hammer,
-        "Tapped": each.technique == "tap",
-    }
-    rows |= {name: "<Enable/>" for name, on in switches.items() if on}
+    switches = (each.dead, "Muted"), (each.palm, "PalmMuted"), (each.hammer, "HopoOrigin")
+    rows |= {name: "<Enable/>" for on, name in (*switches, (each.technique == "tap", "Tapped")) if on}
     if each.slides:
         bits = (model.SHIFT, model.LEGATO, model.OUT_DOWN, model.OUT_UP, model.IN_BELOW, model.IN_ABOVE, model.SCRAPE)
         rows["Slide"] = f"<Flags>{sum(1 << k for k, slide in enumerate(bits) if slide in each.slides)}</Flags>"
@@ -459,9 +450,8 @@ def _xml_beat(beat: Beat, voice: int, track: Track) -> str:
                 "</notations></note>"
             )
     for k, each in enumerate(beat.notes):
-        text += (
-            f"<note>{'<chord/>' * (k > 0)}<pitch>{_pitch(track.tuning[each.string] + track.capo + each.fret)}</pitch>"
-        )
+        pitch = _pitch(track.tuning[each.string] + track.capo + each.fret)
+        text += f"<note>{'<chord/>' * (k > 0)}<pitch>{pitch}</pitch>"
         text += f"<duration>{int(beat.length * DIVISIONS)}</duration>{STOP * each.tie}"
         text += f"<voice>{voice}</voice>{'<notehead>x</notehead>' * each.dead}"
         text += f"{GHOST * each.ghost}{_xml_notations(beat, each, track)}"

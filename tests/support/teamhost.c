@@ -5,6 +5,7 @@
    strings are left to all, and taken late. Prints how many strings the helpers played, and a checksum of the sound,
    which must not depend on them. */
 #include "instance/core.h"
+#include "chance.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -13,14 +14,8 @@
 
 enum { RATE = 48000, MAXIMUM = 2048, THREADS = 7 };
 
-static uint32_t seed;
 static unsigned rests;
 static lb_kernels kernels, slow;
-
-static uint32_t random_below(uint32_t n) {
-    seed = seed * 1664525u + 1013904223u;
-    return (uint32_t)(((uint64_t)(seed >> 8) * n) >> 24);
-}
 
 /* lb_play_string by way of a random rest. */
 static void play_late(int64_t bass, int64_t string, int64_t end) {

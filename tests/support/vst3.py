@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from livebass.rows.arrays import Floats
+from support.structures import struct
 
 P, I16, I32, I64, U32, U64, D, F = (
     c.c_void_p, c.c_int16, c.c_int32, c.c_int64, c.c_uint32, c.c_uint64, c.c_double, c.c_float,
@@ -34,73 +35,31 @@ PHYSICAL = "B03078FF94D24AC890CCD303D4133324"
 CAN_AUTOMATE, IS_READ_ONLY, IS_LIST, IS_PROGRAM_CHANGE, IS_HIDDEN = 1, 1 << 1, 1 << 3, 1 << 15, 1 << 4
 
 
-class On(c.Structure):
-    _fields_ = [("channel", I16), ("key", I16), ("tuning", F), ("velocity", F), ("length", I32), ("id", I32)]
-
-
-class Expression(c.Structure):
-    _fields_ = [("type", U32), ("id", I32), ("value", D)]
-
-
-class Off(c.Structure):
-    _fields_ = [("channel", I16), ("key", I16), ("velocity", F), ("id", I32), ("tuning", F)]
+On = struct(channel=I16, key=I16, tuning=F, velocity=F, length=I32, id=I32)
+Off = struct(channel=I16, key=I16, velocity=F, id=I32, tuning=F)
+Expression = struct(type=U32, id=I32, value=D)
 
 
 class Kinds(c.Union):
     _fields_ = [("on", On), ("off", Off), ("expression", Expression), ("room", c.c_uint8 * 24)]
 
 
-class Event(c.Structure):
-    """A note, or (type 4) a note's expression."""
-
-    _fields_ = [
-        ("bus", I32), ("offset", I32), ("quarters", D), ("flags", c.c_uint16), ("type", c.c_uint16), ("of", Kinds),
-    ]  # fmt: skip
-
-
-class Buffers(c.Structure):
-    _fields_ = [("channels", I32), ("silence", U64), ("data", P)]
-
-
-class Setup(c.Structure):
-    _fields_ = [("mode", I32), ("size", I32), ("maximum", I32), ("rate", D)]
-
-
-class Data(c.Structure):
-    _fields_ = [
-        ("mode", I32), ("size", I32), ("frames", I32), ("ins", I32), ("outs", I32), ("inputs", P), ("outputs", P),
-        ("changes", P), ("out_changes", P), ("events", P), ("out_events", P), ("context", P),
-    ]  # fmt: skip
-
-
-class Info(c.Structure):
-    _fields_ = [("type", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("unit", I32), ("default", D)]
-
-
-class Parameter(c.Structure):
-    _fields_ = [
-        ("id", U32), ("title", TEXT), ("short", TEXT), ("unit_name", TEXT), ("steps", I32), ("default", D),
-        ("unit", I32), ("flags", I32),
-    ]  # fmt: skip
-
-
-class Bus(c.Structure):
-    _fields_ = [("media", I32), ("direction", I32), ("channels", I32), ("name", TEXT), ("type", I32), ("flags", U32)]
-
-
-class Unit(c.Structure):
-    _fields_ = [("id", I32), ("parent", I32), ("name", TEXT), ("programs", I32)]
-
-
-class Programs(c.Structure):
-    _fields_ = [("id", I32), ("name", TEXT), ("count", I32)]
-
-
-class Switch(c.Structure):
-    _fields_ = [
-        ("type", U32), ("title", TEXT), ("short", TEXT), ("minimum", I32), ("maximum", I32), ("remapped", I32),
-        ("unit", I32), ("flags", I32),
-    ]  # fmt: skip
+# A note, or (type 4) a note's expression
+Event = struct(bus=I32, offset=I32, quarters=D, flags=c.c_uint16, type=c.c_uint16, of=Kinds)
+Buffers = struct(channels=I32, silence=U64, data=P)
+Setup = struct(mode=I32, size=I32, maximum=I32, rate=D)
+Data = struct(
+    mode=I32, size=I32, frames=I32, ins=I32, outs=I32, inputs=P, outputs=P, changes=P, out_changes=P, events=P,
+    out_events=P, context=P,
+)  # fmt: skip
+Info = struct(type=U32, title=TEXT, short=TEXT, unit_name=TEXT, unit=I32, default=D)
+Parameter = struct(id=U32, title=TEXT, short=TEXT, unit_name=TEXT, steps=I32, default=D, unit=I32, flags=I32)
+Bus = struct(media=I32, direction=I32, channels=I32, name=TEXT, type=I32, flags=U32)
+Unit = struct(id=I32, parent=I32, name=TEXT, programs=I32)
+Programs = struct(id=I32, name=TEXT, count=I32)
+Switch = struct(
+    type=U32, title=TEXT, short=TEXT, minimum=I32, maximum=I32, remapped=I32, unit=I32, flags=I32
+)  # fmt: skip
 
 
 class Given:
@@ -125,11 +84,8 @@ def answering(iid: str, given: Given) -> Given:
         P.from_address(to).value = given.address if found else None
         return 0 if found else -1
 
-    requested = c.CFUNCTYPE(I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
-    given.table[0], given.table[1], given.table[2] = (
-        c.cast(f, P).value for f in (requested[0], requested[1], requested[1])
-    )
-    given.kept = requested  # type: ignore[attr-defined]
+    given.kept = c.CFUNCTYPE(I32, P, P, P)(query), *[c.CFUNCTYPE(U32, P)(lambda _: 1)] * 2  # type: ignore[attr-defined]
+    given.table[:3] = [c.cast(function, P).value for function in given.kept]  # type: ignore[attr-defined]
     return given
 
 
@@ -229,13 +185,11 @@ class Plugin:
         queues = []
         for number in ids:
             values = [(offset, value) for id_, offset, value in points if id_ == number]
-            queues.append(
-                Given(
-                    c.CFUNCTYPE(U32, P)(lambda _, number=number: number),
-                    c.CFUNCTYPE(I32, P)(lambda _, values=values: len(values)),
-                    c.CFUNCTYPE(I32, P, I32, P, P)(point(values)),
-                )
-            )
+            queues.append(Given(
+                c.CFUNCTYPE(U32, P)(lambda _, number=number: number),
+                c.CFUNCTYPE(I32, P)(lambda _, values=values: len(values)),
+                c.CFUNCTYPE(I32, P, I32, P, P)(point(values)),
+            ))  # fmt: skip
         changes = Given(
             c.CFUNCTYPE(I32, P)(lambda _: len(queues)), c.CFUNCTYPE(P, P, I32)(lambda _, k: queues[k].address)
         )
@@ -429,6 +383,4 @@ def expression(kind: int, amount: float, number: int, offset: int = 0) -> Event:
 
 
 def tuning(semitones: float, number: int, offset: int = 0) -> Event:
-    event = Event(0, offset, 0.0, 0, 4)
-    event.of.expression = Expression(TUNING, number, semitones / 240 + 0.5)
-    return event
+    return expression(TUNING, semitones / 240 + 0.5, number, offset)

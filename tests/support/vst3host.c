@@ -5,6 +5,7 @@
    With WINDOW, on Windows, its view is open meanwhile, in a window of the host's own, and closed and opened again now
    and then. Prints the number of blocks and the greatest sample. */
 #include "abi/vst3.h"
+#include "chance.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,54 +22,39 @@
 #endif
 
 enum { RATE = 48000, MAXIMUM = 2048, EVENTS = 6, OUTPUTS = 8, AUTOMATED = 8, OLDEST = 64 };
-static uint32_t seed;
 static vst3_event events[EVENTS];
 static int32_t event_count, moved;
 static uint32_t parameter;
 static double value;
 static float sound[OUTPUTS][MAXIMUM];
 
-static uint32_t random_below(uint32_t n) {
-    seed = seed * 1664525u + 1013904223u;
-    return (uint32_t)(((uint64_t)(seed >> 8) * n) >> 24);
-}
-
 /* --- what the host gives: events, and at most one parameter that moves at the beginning of a block --- */
 
 static vst3_result no_other(void *self, const vst3_id id, void **out) {
-    (void)self;
-    (void)id;
     *out = 0;
     return VST3_NO_INTERFACE;
 }
 static uint32_t users(void *self) {
-    (void)self;
     return 1;
 }
 #define UNKNOWN {no_other, users, users}
 
 static int32_t count_events(void *self) {
-    (void)self;
     return event_count;
 }
 static vst3_result give_event(void *self, int32_t index, vst3_event *to) {
-    (void)self;
     *to = events[index];
     return VST3_OK;
 }
 static const vst3_events event_table = {UNKNOWN, count_events, give_event};
 
 static uint32_t id_of_parameter(void *self) {
-    (void)self;
     return parameter;
 }
 static int32_t one(void *self) {
-    (void)self;
     return 1;
 }
 static vst3_result give_point(void *self, int32_t index, int32_t *offset, double *to) {
-    (void)self;
-    (void)index;
     *offset = 0;
     *to = value;
     return VST3_OK;
@@ -77,18 +63,12 @@ static const vst3_queue queue_table = {UNKNOWN, id_of_parameter, one, give_point
 static const vst3_queue *queue = &queue_table;
 
 static int32_t count_moved(void *self) {
-    (void)self;
     return moved;
 }
 static vst3_queue **give_queue(void *self, int32_t index) {
-    (void)self;
-    (void)index;
     return (vst3_queue **)&queue;
 }
 static vst3_queue **no_queue(void *self, const uint32_t *id, int32_t *index) {
-    (void)self;
-    (void)id;
-    (void)index;
     return 0;
 }
 static const vst3_changes change_table = {UNKNOWN, count_moved, give_queue, no_queue};
@@ -135,7 +115,6 @@ static int see(vst3_controller **controller, int on) {
 }
 #else
 static int see(vst3_controller **controller, int on) {
-    (void)controller;
     return !on;
 }
 #endif

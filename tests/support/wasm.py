@@ -38,17 +38,64 @@ def compiled_module() -> tuple[Any, Any]:
     return engine, wasmtime.Module(engine, build.module())
 
 
-class Module:
+class Bare:
+    """The module without a bass."""
+
+    def __init__(self) -> None:
+        engine, module = compiled_module()
+        self.store = wasmtime.Store(engine)
+        self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
+        self.end = int(self.x["__heap_base"].value(self.store))
+
+    def call(self, name: Entry | str, *arguments: float) -> Any:
+        return self.x[f"lb_{name}"](self.store, *arguments)
+
+    def place(self, size: int) -> int:
+        """The address of new memory, zeros."""
+        at = -(-self.end // LINE) * LINE
+        self.end = at + size
+        memory = self.x["memory"]
+        missing = self.end - memory.data_len(self.store)
+        if missing > 0:
+            memory.grow(self.store, -(-missing // PAGE))
+        return at
+
+    def bytes(self, at: int, size: int) -> np.ndarray:
+        """A view of the memory, valid until more is made."""
+        memory = self.x["memory"]
+        whole = np.ctypeslib.as_array(memory.data_ptr(self.store), (memory.data_len(self.store),))
+        return whole[at : at + size]
+
+    def record(self, of: np.dtype[np.void], at: int) -> Any:
+        return self.bytes(at, of.itemsize).view(of)[0]
+
+    def set(self, of: np.dtype[np.void], at: int, **values: float) -> None:
+        for name, value in values.items():
+            self.record(of, at)[name] = value
+
+    def changed(self, file: bytes, values: list[float]) -> bytes | int:
+        """The image of a bass changed by its sliders, as in engine.js, or the status of the failure."""
+        place = self.place(len(file))
+        self.bytes(place, len(file))[:] = np.frombuffer(file, np.uint8)
+        at = self.place(CHANGE.itemsize)
+        self.set(CHANGE, at, file=place, size=len(file))
+        self.record(CHANGE, at)["value"][:] = values
+        assert self.call("measure_change", at) == GOOD
+        self.set(CHANGE, at, memory=self.place(int(self.record(CHANGE, at)["bytes"])))
+        if state := self.call("make_change", at):
+            return int(state)
+        change = self.record(CHANGE, at)
+        return bytes(self.bytes(int(change["made"]), 8 * int(change["words"])))
+
+
+class Module(Bare):
     """A synth with one bass, from its instrument file, at `rate`."""
 
     def __init__(
         self, file: bytes, rate: int = 48000, tier: int = LIVE, adaptive: bool = False, response: Floats | None = None,
         reports: int = 0,
     ) -> None:  # fmt: skip
-        engine, module = compiled_module()
-        self.store = wasmtime.Store(engine)
-        self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
-        self.end = int(self.x["__heap_base"].value(self.store))
+        super().__init__()
         table = self.x["__indirect_function_table"]
         numbers = {e.name: table.grow(self.store, 1, self.x[f"lb_{e.name}"]) for e in CALLED}
         self.file = self.place(len(file))
@@ -84,32 +131,6 @@ class Module:
         self.call("fill_bass", self.building)
         return bass
 
-    def call(self, name: Entry | str, *arguments: float) -> Any:
-        return self.x[f"lb_{name}"](self.store, *arguments)
-
-    def place(self, size: int) -> int:
-        """The address of new memory, zeros."""
-        at = -(-self.end // LINE) * LINE
-        self.end = at + size
-        memory = self.x["memory"]
-        missing = self.end - memory.data_len(self.store)
-        if missing > 0:
-            memory.grow(self.store, -(-missing // PAGE))
-        return at
-
-    def bytes(self, at: int, size: int) -> np.ndarray:
-        """A view of the memory, valid until more is made."""
-        memory = self.x["memory"]
-        whole = np.ctypeslib.as_array(memory.data_ptr(self.store), (memory.data_len(self.store),))
-        return whole[at : at + size]
-
-    def record(self, of: np.dtype[np.void], at: int) -> Any:
-        return self.bytes(at, of.itemsize).view(of)[0]
-
-    def set(self, of: np.dtype[np.void], at: int, **values: float) -> None:
-        for name, value in values.items():
-            self.record(of, at)[name] = value
-
     def field(self, name: str) -> Any:
         return self.record(SYNTH, self.synth)[name]
 
@@ -124,30 +145,6 @@ class Module:
             self.call("process", self.synth, self.sound, QUANTUM)
             out[k : k + QUANTUM] = self.bytes(self.sound, 4 * QUANTUM).view(np.float32)
         return out
-
-
-class Bare(Module):
-    """The module without a bass."""
-
-    def __init__(self) -> None:
-        engine, module = compiled_module()
-        self.store = wasmtime.Store(engine)
-        self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
-        self.end = int(self.x["__heap_base"].value(self.store))
-
-    def changed(self, file: bytes, values: list[float]) -> bytes | int:
-        """The image of a bass changed by its sliders, as in engine.js, or the status of the failure."""
-        place = self.place(len(file))
-        self.bytes(place, len(file))[:] = np.frombuffer(file, np.uint8)
-        at = self.place(CHANGE.itemsize)
-        self.set(CHANGE, at, file=place, size=len(file))
-        self.record(CHANGE, at)["value"][:] = values
-        assert self.call("measure_change", at) == GOOD
-        self.set(CHANGE, at, memory=self.place(int(self.record(CHANGE, at)["bytes"])))
-        if state := self.call("make_change", at):
-            return int(state)
-        change = self.record(CHANGE, at)
-        return bytes(self.bytes(int(change["made"]), 8 * int(change["words"])))
 
 
 def sound_hash(sound: Floats) -> str:

@@ -8,17 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from support.clap import Plugin, function, struct
+from support.clap import Plugin
 from support.screen import Screen
+from support.structures import function, struct
 
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p
-WINDOW = struct(("api", S), ("handle", c.c_ulong))
+WINDOW = struct(api=S, handle=c.c_ulong)
 GUI = struct(
-    ("supported", function(B, P, S, B)), ("preferred", function(B, P, P, P)), ("create", function(B, P, S, B)),
-    ("destroy", function(None, P)), ("set_scale", function(B, P, D)), ("size", function(B, P, P, P)),
-    ("can_resize", function(B, P)), ("hints", function(B, P, P)), ("adjust", function(B, P, P, P)),
-    ("set_size", function(B, P, U32, U32)), ("set_parent", function(B, P, P)), ("transient", function(B, P, P)),
-    ("title", function(None, P, S)), ("show", function(B, P)), ("hide", function(B, P)),
+    supported=function(B, P, S, B), preferred=function(B, P, P, P), create=function(B, P, S, B),
+    destroy=function(None, P), set_scale=function(B, P, D), size=function(B, P, P, P), can_resize=function(B, P),
+    hints=function(B, P, P), adjust=function(B, P, P, P), set_size=function(B, P, U32, U32),
+    set_parent=function(B, P, P), transient=function(B, P, P), title=function(None, P, S), show=function(B, P),
+    hide=function(B, P),
 )  # fmt: skip
 
 

@@ -25,31 +25,25 @@ static double scale;
 static volatile LONG requested;
 
 static void say(const clap_host *h, int32_t severity, const char *line) {
-    (void)h;
-    (void)severity;
     fprintf(stderr, "%s\n", line);
 }
 
 static const void *extension(const clap_host *h, const char *id) {
     static const clap_host_log log = {say};
-    (void)h;
     return strcmp(id, CLAP_LOG) ? 0 : &log;
 }
 
-static void nothing(const clap_host *h) { (void)h; }
+static void nothing(const clap_host *h) {}
 
 static void ask(const clap_host *h) {
-    (void)h;
     InterlockedExchange(&requested, 1);
 }
 
 static uint32_t no_events(const clap_in_events *l) {
-    (void)l;
     return 0;
 }
 
 static bool reported(const clap_out_events *l, const clap_event *e) {
-    (void)l;
     const clap_param_value *v = (const clap_param_value *)e;
     const unsigned id = ((const clap_param_gesture *)e)->id;
     if (e->type == CLAP_GESTURE_BEGIN) printf("begin %u\n", id);

@@ -13,69 +13,50 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, small_files, song
+from support.command import (
+    BASS,
+    CHORD,
+    GOOD,
+    HEAD,
+    NOTE,
+    Run,
+    assert_one_clear_line,
+    cli_text,
+    command,
+    refusal,
+    rendering_for_long,
+    small_files,
+    song,
+)
 from support.costs import quick
 from support.engine import FakeEngine
+from support.jack import wait_for
 from support.needs import CLOSED, HANGUP
 
 from livebass.compiling import library
 from livebass.files.whole import OutputError, checked_place
 
+OF_A_NOTE = [
+    "--velocity 0", "--velocity 1.5", "--duration nan", "--duration -1", "--duration inf", "--duration 3kg",
+    "--modes 1e9", "--modes -1", "--modes nan", "--modes 12.5", "--contact-rate 1e30", "--rate 22049", "--rate 1e9",
+    "--gain nan", "--gain 999", "--tail -1", "--seed -1", "--quality best", "--format mp3", "--channel 17",
+    "--channel auto", "--bars 1-2", "--dynamics 0", "-o a.mp3", "-o a.wav --format ogg", "--format ogg --bits 16",
+    "--format flac --bits float", "--format flac --rate 96001",
+]  # fmt: skip
+OF_SIMULATE = [
+    "--apex 1e9mm", "--apex 31mm", "--at nan", "--duration 61s", "--contact-rate 8.0000001MHz", "--solver magic",
+]  # fmt: skip
 USAGE = [
-    ["render"],
-    ["render", "a.mid", "--note", "G2"],
-    ["render", "--all-presets", "demos", "-o", "a.wav"],
-    ["render", "--note", "H2"],
-    ["render", "--note", "128"],
-    ["render", "--note", "G2", "--velocity", "0"],
-    ["render", "--note", "G2", "--velocity", "1.5"],
-    ["render", "--note", "G2", "--duration", "nan"],
-    ["render", "--note", "G2", "--duration", "-1"],
-    ["render", "--note", "G2", "--duration", "inf"],
-    ["render", "--note", "G2", "--duration", "3kg"],
-    ["render", "--note", "G2", "--modes", "1e9"],
-    ["render", "--note", "G2", "--modes", "-1"],
-    ["render", "--note", "G2", "--modes", "nan"],
-    ["render", "--note", "G2", "--modes", "12.5"],
-    ["render", "--note", "G2", "--contact-rate", "1e30"],
-    ["render", "--note", "G2", "--rate", "22049"],
-    ["render", "--note", "G2", "--rate", "1e9"],
-    ["render", "--note", "G2", "--gain", "nan"],
-    ["render", "--note", "G2", "--gain", "999"],
-    ["render", "--note", "G2", "--tail", "-1"],
-    ["render", "--note", "G2", "--seed", "-1"],
-    ["render", "--note", "G2", "--quality", "best"],
-    ["render", "--note", "G2", "--format", "mp3"],
-    ["render", "--note", "G2", "--channel", "17"],
-    ["render", "--note", "G2", "-o", "a.mp3"],
-    ["render", "--note", "G2", "-o", "a.wav", "--format", "ogg"],
-    ["render", "--note", "G2", "--format", "ogg", "--bits", "16"],
-    ["render", "--note", "G2", "--format", "flac", "--bits", "float"],
-    ["render", "--note", "G2", "--format", "flac", "--rate", "96001"],
-    ["render", "--demo", "--velocity", "100"],
-    ["render", "--demo", "--duration", "3s"],
-    ["render", "--note", "G2", "--channel", "auto"],
-    ["render", "--note", "G2", "--bars", "1-2"],
-    ["render", "--note", "G2", "--dynamics", "0"],
-    ["render", "--demo", "--track", "Bass"],
-    ["simulate"],
-    ["simulate", "-o", "d", "--apex", "1e9mm"],
-    ["simulate", "-o", "d", "--apex", "31mm"],
-    ["simulate", "-o", "d", "--at", "nan"],
-    ["simulate", "-o", "d", "--duration", "61s"],
-    ["simulate", "-o", "d", "--contact-rate", "8.0000001MHz"],
-    ["simulate", "-o", "d", "--solver", "magic"],
-    ["presets", "show"],
-    ["nonsense"],
-    ["render", "--nonsense"],
-]
+    "render", "render a.mid --note G2", "render --all-presets demos -o a.wav", "render --note H2", "render --note 128",
+    *(f"render --note G2 {options}" for options in OF_A_NOTE), "render --demo --velocity 100",
+    "render --demo --duration 3s", "render --demo --track Bass", "render --nonsense", "simulate",
+    *(f"simulate -o d {options}" for options in OF_SIMULATE), "presets show", "nonsense",
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("arguments", USAGE, ids=" ".join)
-def test_wrong_usage(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
-    monkeypatch.chdir(tmp_path)
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (2,))
+@pytest.mark.parametrize("line", USAGE)
+def test_wrong_usage(run: Run, tmp_path: Path, line: str) -> None:
+    refusal(run, *line.split(), status=2)
     assert not list(tmp_path.iterdir())
 
 
@@ -87,14 +68,9 @@ def test_wrong_usage(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
         (["play", "song.mid"], "song.mid: one argument too many; --file plays a file"),
     ],
 )
-def test_a_file_in_the_wrong_place(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_file_in_the_wrong_place(run: Run, tmp_path: Path, arguments: list[str], says: str) -> None:
     (tmp_path / "song.mid").write_bytes(GOOD)
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (2,))
-    assert says in err
+    assert says in refusal(run, *arguments, status=2)
 
 
 BAD_FILES = {
@@ -111,8 +87,7 @@ BAD_FILES = {
 def test_bad_midi_files(fake: type[FakeEngine], run: Run, tmp_path: Path, name: str) -> None:
     path = tmp_path / "bad \n\x1b.mid"
     path.write_bytes(BAD_FILES[name])
-    status, _, err = run("render", path, "-o", "out.wav")
-    assert_one_clear_line(status, err, (1,))
+    refusal(run, "render", path, "-o", "out.wav", status=1)
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -140,9 +115,8 @@ ESCAPED = r"a\nb\x1b[2J\r\u2028"
 )
 def test_line_ends_in_names_are_written_out(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
     Path("file").touch()
-    status, out, err = run(*arguments)
-    assert_one_clear_line(status, err)
-    assert not out and ESCAPED in err.replace(r"\\", "\\"), err
+    err = refusal(run, *arguments)
+    assert ESCAPED in err.replace(r"\\", "\\"), err
     assert err.count("\n") == 1 and err[:-1].isprintable()
 
 
@@ -180,9 +154,7 @@ def test_bad_data(fake: type[FakeEngine], run: Run, tmp_path: Path, arguments: l
     (tmp_path / "file.wav").write_bytes(b"RIFF")
     text = cli_text(run, "presets", "show", "jazz-finger")
     (tmp_path / "nan.toml").write_text(text.replace('relief = "0.3 mm"', "relief = nan", 1))
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (1,))
-    assert says in err
+    assert says in refusal(run, *arguments, status=1)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["dir.wav", "file", "file.wav", "nan.toml"]
 
 
@@ -213,8 +185,7 @@ def test_a_defect_is_one_line_too(fake: type[FakeEngine], run: Run, monkeypatch:
 
 def test_a_full_stdout_and_a_closed_pipe() -> None:
     with open("/dev/full", "w") as full:
-        line = [sys.executable, "-m", "livebass", "presets", "list"]
-        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        done = command("presets", "list", capture_output=False, stdout=full, stderr=subprocess.PIPE)
         assert_one_clear_line(done.returncode, done.stderr, (1,))
         assert "standard output: cannot be written" in done.stderr
     process = subprocess.Popen(
@@ -230,10 +201,9 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
 def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
     library.library()  # The kernels' files exceed the limit.
     with small_files():
-        status, _, err = run(
-            "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav"
+        err = refusal(
+            run, *["render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", "a.wav"], status=1
         )
-    assert_one_clear_line(status, err, (1,))
     assert "File too large" in err and not list(tmp_path.iterdir())
 
 
@@ -251,25 +221,14 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor do several: more come `again` s after the first."""
     out = tmp_path / "long.wav"
-    with subprocess.Popen(
-        [sys.executable, "-m", "livebass", "render", "--note", "E1", "--duration", "3600s", "--stems",
-         "-o", str(out)],
-        stderr=subprocess.PIPE, text=True,
-    ) as process:  # fmt: skip
-        try:
-            for _ in range(900):
-                if list(tmp_path.iterdir()) or process.poll() is not None:
-                    break
-                time.sleep(0.1)
-            assert list(tmp_path.iterdir()), "nothing was begun"
-            time.sleep(0.3)
-            process.send_signal(number)
-            for pause in again:
-                time.sleep(pause)
-                process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=60)
-        finally:
-            process.kill()
+    with rendering_for_long(out) as process:
+        wait_for(lambda: list(tmp_path.iterdir()), process=process)
+        time.sleep(0.3)
+        process.send_signal(number)
+        for pause in again:
+            time.sleep(pause)
+            process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
     # Of two signals waiting for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
     assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())

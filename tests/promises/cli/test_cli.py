@@ -14,7 +14,7 @@ from typing import NoReturn
 import numpy as np
 import pytest
 import soundfile
-from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, python, refusal, song
 from support.engine import FakeEngine
 from support.places import ROOT
 
@@ -76,9 +76,7 @@ def test_a_motion_that_was_scaled_back_is_said(fake: type[FakeEngine], run: Run)
 
 def test_a_sound_that_is_not_a_number(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
     fake.peak = float("nan")
-    status, _, err = run("render", "--note", "E1")
-    assert_one_clear_line(status, err, (1,))
-    assert "not finite" in err and not list(tmp_path.iterdir())
+    assert "not finite" in refusal(run, "render", "--note", "E1", status=1) and not list(tmp_path.iterdir())
 
 
 def test_all_presets(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
@@ -112,8 +110,7 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> Non
     monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}
-    status, _, err = run("bench", "render", "--json", tmp_path)
-    assert_one_clear_line(status, err, (1,))
+    refusal(run, "bench", "render", "--json", tmp_path, status=1)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +123,7 @@ def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
         "sys.exit(status or ('numba' in sys.modules) * 9)"
     )
-    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60)
+    done = python(code, *arguments, timeout=60)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout
 
 
@@ -153,8 +150,8 @@ def test_a_note_loads_no_compiler_and_no_reader_of_music(tmp_path: Path) -> None
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
         "print(sorted({'numba', 'llvmlite', 'livebass.score.reading', 'zipfile', 'csv'} & set(sys.modules)))"
     )
-    note = ["render", "--note", "E2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", str(tmp_path / "e.wav")]
-    done = subprocess.run([sys.executable, "-c", code, *note], capture_output=True, text=True, timeout=600)
+    note = ["render", "--note", "E2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", "e.wav"]
+    done = python(code, *note)
     assert done.stdout == "[]\n" and (tmp_path / "e.wav").exists(), done.stderr
 
 
@@ -192,9 +189,8 @@ def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> N
         assert heard.read_bytes() == wanted.read_bytes(), (programs, expected)
 
 
-def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> None:
     """It changes at its frame, keeping the controllers; the old bass's strings ring out."""
-    monkeypatch.chdir(tmp_path)
     louder = b"\x00\xb0\x07\x40"
     (tmp_path / "a.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE, b"\x81\x70\xc0\x24", NOTE))
     (tmp_path / "b.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE))
@@ -222,11 +218,8 @@ def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path, monkey
     assert with_stems[0] == 0 and np.array_equal(stems[0] + stems[1] + stems[2] + stems[3], sounds["a"])
 
 
-def test_key_switches_are_listed_and_notes_without_a_string_counted(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tmp_path: Path) -> None:
     """A controller with six strings plays a bass of four: its two lowest channels have no string."""
-    monkeypatch.chdir(tmp_path)
     mode, played = b"\x00\xb0\x7e\x06", b"\x00\x94\x28\x64\x00\x95\x28\x64\x00\x93\x1c\x64"
     (tmp_path / "six.mid").write_bytes(song(b"\x00\xc0\x21", mode, played))
     assert ": 1 note (0 transposed, 2 dropped)" in run("render", tmp_path / "six.mid", "-o", "six.wav", "-q", "live")[2]
@@ -265,12 +258,9 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
     ],
 )
 def test_a_note_that_the_bass_does_not_have_is_refused(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str
+    run: Run, tmp_path: Path, arguments: list[str], says: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    status, _, err = run("render", *arguments)
-    assert_one_clear_line(status, err, (2,))
-    assert says in err and not list(tmp_path.iterdir())
+    assert says in refusal(run, "render", *arguments, status=2) and not list(tmp_path.iterdir())
 
 
 def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
@@ -291,12 +281,9 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("command", [["render", "--note", "G2"], ["play"], ["export", "sfz", "--size"]])
 def test_a_tuning_that_does_not_fit_is_one_clear_line(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str], options: list[str], says: str
+    run: Run, tmp_path: Path, command: list[str], options: list[str], says: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    status, _, err = run(*command, "-p", "jazz-finger", *options)
-    assert_one_clear_line(status, err, (1,))
-    assert says in err and not list(tmp_path.iterdir())
+    assert says in refusal(run, *command, "-p", "jazz-finger", *options, status=1) and not list(tmp_path.iterdir())
 
 
 def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None:
@@ -309,29 +296,15 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
     options = ("--tuning", "drop-d", "--capo", "1", "--a4", "432Hz", "--temperament", "Just")
     assert run(*note, tmp_path / "b.wav", "-p", "slap", *options)[0] == 0
     assert (tmp_path / "a.wav").read_bytes() == (tmp_path / "b.wav").read_bytes()
-    default = (
-        *note,
-        tmp_path / "c.wav",
-        "-p",
-        tmp_path / "mine.toml",
-        "--tuning",
-        "standard",
-        "--capo",
-        "0",
-        "--a4",
-        "440",
-    )
-    status, _, err = run(*default)
-    assert_one_clear_line(status, err, (2,))
-    assert "has E1 to" in err
+    default = ("-p", tmp_path / "mine.toml", "--tuning", "standard", "--capo", "0", "--a4", "440")
+    assert "has E1 to" in refusal(run, *note, "c.wav", *default, status=2)
 
 
 def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -> None:
     """The string is measured as it sounds: the preset's tuning keys would tune it once more."""
     text = cli_text(run, "presets", "show", "slap").replace("[neck]", "capo = 1\na4 = 442\n[neck]", 1)
     (tmp_path / "mine.toml").write_text(text)
-    status, _, err = run("identify", tmp_path / "a.wav", "-p", tmp_path / "mine.toml", "-o", tmp_path / "new.toml")
-    assert_one_clear_line(status, err, (2,))
+    err = refusal(run, "identify", "a.wav", "-p", "./mine.toml", "-o", "new.toml", status=2)
     assert "mine.toml: its capo, a4 would tune the new string again: leave out -o" in err
 
 
@@ -373,8 +346,7 @@ def test_the_summary_counts_key_switches_of_another_instrument(
         assert status == 0 and err.endswith(f"dBFS, {said} of another instrument left out\n"), err
 
 
-def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_file_is_listed(run: Run, tmp_path: Path) -> None:
     (tmp_path / "song.mid").write_bytes(low_song(28, 40))
     (tmp_path / "piano.mid").write_bytes(song(b"\x00\xff\x03\x05Piano\x00\x90\x3c\x64\x10\x80\x3c\x00"))
     head, row = cli_text(run, "render", "song.mid", "--list").splitlines()
@@ -384,8 +356,7 @@ def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         row = cli_text(run, "render", "piano.mid", "--list", *options).splitlines()[1]
         assert row.split() == ["1", "Piano", "-", "1", "C4", "yes", *why.split()]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["piano.mid", "song.mid"]
-    status, _, err = run("render", "--note", "E1", "--list")
-    assert_one_clear_line(status, err, (2,))
+    refusal(run, "render", "--note", "E1", "--list", status=2)
 
 
 def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import platformdirs
 import pytest
-from support.command import Run, assert_one_clear_line, cli_text, small_files
+from support.command import Run, assert_one_clear_line, cli_text, refusal, small_files
 from support.kept import image_made
 from support.needs import CLOSED
 
@@ -31,7 +31,6 @@ KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working directory, empty except for the user's data directory."""
     binary(this_system())  # built before the tests restrict the environment
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     if "NUMBA_CACHE_DIR" not in os.environ:
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("livebass")))
@@ -136,8 +135,7 @@ def test_a_place_that_cannot_be_written_is_one_line(run: Run, elsewhere: Path, p
     taken.parent.mkdir(parents=True, exist_ok=True)
     taken.touch()
     before = sorted(elsewhere.rglob("*"))
-    status, _, err = run("export", "lv2", "--install", "-p", "slap", "-q", "live")
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, "export", "lv2", "--install", "-p", "slap", "-q", "live", status=1)
     assert says in err and sorted(elsewhere.rglob("*")) == before
 
 
@@ -149,10 +147,8 @@ def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
 def test_help_names_every_system(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SYSTEMS, "beos-ppc", this_system())
     for kind in BUNDLES:
-        reported = " ".join(cli_text(run, "export", kind, "--help").split()).replace(
-            "- ", "-"
-        )  # lines break at hyphens
-        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in reported
+        words = " ".join(cli_text(run, "export", kind, "--help").split()).replace("- ", "-")  # lines break at hyphens
+        assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in words
 
 
 def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> None:
@@ -211,9 +207,7 @@ USAGE = [
 
 @pytest.mark.parametrize(("arguments", "says"), USAGE, ids=str)
 def test_wrong_usage(run: Run, elsewhere: Path, arguments: list[str], says: str) -> None:
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (2,))
-    assert says in err and not list(elsewhere.iterdir())
+    assert says in refusal(run, *arguments, status=2) and not list(elsewhere.iterdir())
 
 
 BAD = [
@@ -237,9 +231,7 @@ def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: l
     (elsewhere / "bad").mkdir()
     (elsewhere / "bad" / f"{BUNDLES[kind]}").touch()
     before = sorted(elsewhere.rglob("*"))
-    status, _, err = run("export", kind, *arguments)
-    assert_one_clear_line(status, err, (1,))
-    assert says in err
+    assert says in refusal(run, "export", kind, *arguments, status=1)
     assert sorted(elsewhere.rglob("*")) == before
 
 
@@ -260,9 +252,7 @@ def test_bad_instruments(run: Run, elsewhere: Path, arguments: list[str], says: 
     (elsewhere / "data").touch()  # not a directory
     own_preset(run, elsewhere / "two words.toml")
     before = sorted(elsewhere.rglob("*"))
-    status, _, err = run("export", "instrument", *arguments)
-    assert_one_clear_line(status, err, (1,))
-    assert says in err
+    assert says in refusal(run, "export", "instrument", *arguments, status=1)
     assert sorted(elsewhere.rglob("*")) == before
 
 
@@ -314,16 +304,14 @@ def test_a_damaged_one_is_refused_by_name(
 ) -> None:
     (file,) = package.iterdir()
     file.write_bytes(damage(file.read_bytes()))
-    status, _, err = run("export", "lv2", "-p", "slap")
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, "export", "lv2", "-p", "slap", status=1)
     assert f"{file}: is damaged" in err and not list(elsewhere.iterdir())
 
 
 def test_one_of_another_version_is_refused_by_name(run: Run, elsewhere: Path, package: Path) -> None:
     (file,) = package.iterdir()
     old = file.rename(file.with_name(file.name.replace(build.digest(), "0" * 16)))
-    status, _, err = run("export", "lv2", "-p", "slap")
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, "export", "lv2", "-p", "slap", status=1)
     assert f"{old}: belongs to another version" in err and not list(elsewhere.iterdir())
 
 

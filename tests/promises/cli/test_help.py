@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import struct
 import subprocess
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import click
 import pytest
-from support.command import Run, assert_one_clear_line, cli_text
+from support.command import Run, cli_text, python, refusal
 from support.helps import commands
 from support.programs import load
 from support.quoted import PAGES, README, ROOT, command_of, context, every_command, quoted_commands
@@ -52,9 +51,7 @@ def test_help_alone_lists_the_pages(run: Run) -> None:
 
 @pytest.mark.parametrize("page", ["no-such-page", "render", "../../README", ""])
 def test_an_unknown_page_is_one_line_that_names_those_there_are(run: Run, page: str) -> None:
-    status, out, err = run("help", page)
-    assert_one_clear_line(status, err, (2,))
-    assert not out and ", ".join(handbook.PAGES) in err
+    assert ", ".join(handbook.PAGES) in refusal(run, "help", page, status=2)
 
 
 @pytest.mark.parametrize(
@@ -75,9 +72,8 @@ def test_the_beginning_of_a_name_opens_its_page(run: Run, word: str, page: str) 
     ],
 )
 def test_a_name_that_is_misspelt_is_answered_with_the_nearest(run: Run, word: str, page: str | None) -> None:
-    status, out, err = run("help", word)
-    assert_one_clear_line(status, err, (2,))
-    assert not out and (f"did you mean {page}?" in err if page else "did you mean" not in err)
+    err = refusal(run, "help", word, status=2)
+    assert f"did you mean {page}?" in err if page else "did you mean" not in err
 
 
 GROUPED = [path for path, command in commands() if isinstance(command, GroupedCommand)]
@@ -99,10 +95,8 @@ def test_every_option_of_a_command_with_many_stands_under_one_heading(run: Run, 
 
 def test_help_is_the_same_for_every_hash_seed() -> None:
     """Click before 8.5 keeps the names of --help in a set, whose order changes from run to run."""
-    line = [sys.executable, "-c", "from support.helps import main; main()"]
-    paths = os.pathsep.join([str(ROOT / "tests"), *filter(None, [os.environ.get("PYTHONPATH")])])
-    env = os.environ | {"COLUMNS": "80", "PYTHONPATH": paths}
-    said = [json.loads(subprocess.check_output(line, env=env | {"PYTHONHASHSEED": seed}, timeout=60)) for seed in "129"]
+    code = "from support.helps import main; main()"
+    said = [json.loads(python(code, env={"COLUMNS": "80", "PYTHONHASHSEED": seed}).stdout) for seed in "129"]
     assert set(said[0]) == {" ".join(path) for path, _ in commands()} and len(said[0]) > 20
     for path, text in said[0].items():
         assert text.startswith(f"Usage: livebass{path and ' '}{path} ") and text.endswith("status 0\n"), path

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import BASS, GOOD, NOTE, Run, assert_one_clear_line, cli_text, song
+from support.command import BASS, GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, refusal, song
 from support.engine import FakeEngine
 
 from livebass.cli.play_settings import PlaySettings
@@ -117,9 +117,8 @@ FILES = [
 @pytest.mark.parametrize("arguments", FOLDERS + FILES, ids=" ".join)
 def test_a_folder_for_a_file_and_a_file_for_a_folder(there: None, run: Run, arguments: list[str]) -> None:
     before = sorted(Path().rglob("*"))
-    status, out, err = run(*(a.replace("X", NAME) for a in arguments))
-    assert_one_clear_line(status, err)
-    assert not out and err[:-1].isprintable() and ("caf\\udce9" in err.replace("\\\\", "\\") or "client-name" in err)
+    err = refusal(run, *(a.replace("X", NAME) for a in arguments))
+    assert err[:-1].isprintable() and ("caf\\udce9" in err.replace("\\\\", "\\") or "client-name" in err)
     assert sorted(Path().rglob("*")) == before
 
 
@@ -133,9 +132,7 @@ EMPTY = [
 
 @pytest.mark.parametrize("arguments", EMPTY, ids=" ".join)
 def test_an_empty_name(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (2,))
-    assert "'': is not a file name" in err and not os.listdir()
+    assert "'': is not a file name" in refusal(run, *arguments, status=2) and not os.listdir()
 
 
 LOOPS = [
@@ -151,8 +148,7 @@ LOOPS = [
 def test_a_link_to_itself(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
     """A command neither follows it for ever nor overwrites it."""
     os.symlink("loop", "loop")
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, *arguments, status=1)
     assert "loop: " in err and "Too many levels of symbolic links" in err
     assert os.listdir() == ["loop"] and os.readlink("loop") == "loop"
 
@@ -176,9 +172,7 @@ def test_a_folder_that_is_read_only_is_said_before_the_work(
     access = os.access
     monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name == "a.wav" and access(path, mode))
     monkeypatch.setattr(fake, "play", None)
-    status, _, err = run("render", "--note", "E2", "-o", "a.wav")
-    assert_one_clear_line(status, err, (1,))
-    assert "the directory . is read-only" in err
+    assert "the directory . is read-only" in refusal(run, "render", "--note", "E2", "-o", "a.wav", status=1)
 
 
 NUMBERS = [
@@ -194,8 +188,7 @@ NUMBERS = [
 
 @pytest.mark.parametrize("arguments", NUMBERS, ids=lambda arguments: ascii(" ".join(arguments)[:40]))
 def test_numbers_that_are_none(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
-    status, _, err = run(*arguments)
-    assert_one_clear_line(status, err)
+    err = refusal(run, *arguments)
     assert "invalid literal" not in err and "Exceeds the limit" not in err and not os.listdir()
 
 
@@ -225,11 +218,10 @@ def test_streams_that_cannot_take_a_name(tmp_path: Path, more: dict[str, str]) -
     title = "caf\xe9 ベース".encode()
     data = song(b"\x00\xff\x03" + bytes([len(title)]) + title, BASS, NOTE)
     (tmp_path / f"{NAME}.mid").write_bytes(data)
-    line = [sys.executable, "-m", "livebass", "render", f"{NAME}.mid"]
-    environment = os.environ | more
-    done = subprocess.run([*line, "--list"], cwd=tmp_path, env=environment, capture_output=True, timeout=60)
+    how = {"env": os.environ | more, "text": False}
+    done = command("render", f"{NAME}.mid", "--list", **how)
     assert done.returncode == 0 and not done.stderr and b"  34 " in done.stdout, done.stderr
-    done = subprocess.run([*line, "--channel", "9"], cwd=tmp_path, env=environment, capture_output=True, timeout=60)
+    done = command("render", f"{NAME}.mid", "--channel", "9", **how)
     assert done.returncode == 1 and b"caf\\udce9.mid: no notes on channel 9" in done.stderr
     assert done.stderr.count(b"\n") == 1 and not done.stdout
 
@@ -250,19 +242,14 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_disk_that_is_full(small_disk: Path, fake: type[FakeEngine], run: Run) -> None:
     (small_disk / "ballast").write_bytes(bytes(16 << 10))
     calls = [
-        ["render", "--note", "E2", "-o", small_disk / "a.wav"],
-        ["render", "--note", "E2", "--normalize", "-16", "-o", small_disk / "a.wav"],
-        ["render", "--all-presets", small_disk / "demos"],
-        ["simulate", "-q", "live", "--duration", "50ms", "-o", small_disk / "d"],
-        [
-            *["export", "sfz", "-q", "live", "--length", "0.1s", "--frets", "36", "--layers", "1", "-o"],
-            small_disk / "pack",
-        ],
-    ]
+        "render --note E2 -o disk/a.wav", "render --note E2 --normalize -16 -o disk/a.wav",
+        "render --all-presets disk/demos", "simulate -q live --duration 50ms -o disk/d",
+        "export sfz -q live --length 0.1s --frets 36 --layers 1 -o disk/pack",
+    ]  # fmt: skip
     for call in calls:
-        status, _, err = run(*call)
+        status, _, err = run(*call.split())
         lines = [line for line in err.splitlines() if line.startswith("livebass: error: ")]
-        assert status == 1 and len(lines) == 1 and "No space left on device" in lines[0] and "/disk/" in lines[0], err
+        assert status == 1 and len(lines) == 1 and "No space left on device" in lines[0] and "disk/" in lines[0], err
         assert os.listdir(small_disk) == ["ballast"], call
 
 
@@ -272,12 +259,9 @@ PLACES = [{"HOME": None}, {"HOME": "/proc", "TMPDIR": "/proc"}]
 @pytest.mark.parametrize("more", PLACES, ids=str)
 def test_no_home_and_no_place_for_temporary_files(tmp_path: Path, more: dict[str, str | None]) -> None:
     environment = {name: value for name, value in (os.environ | more).items() if value is not None}
-    line = [sys.executable, "-m", "livebass", "export", "instrument", "slap", "-o", "slap.lbass", "--capo", "99"]
-    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
-    assert_one_clear_line(done.returncode, done.stderr, (2,))
-    line = [sys.executable, "-m", "livebass", "presets", "check", "./none.toml"]
-    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
-    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    for line, status in (("export instrument slap -o slap.lbass --capo 99", 2), ("presets check ./none.toml", 1)):
+        done = command(*line.split(), env=environment)
+        assert_one_clear_line(done.returncode, done.stderr, (status,))
     assert not list(tmp_path.iterdir())
 
 
@@ -287,8 +271,7 @@ def test_few_files_may_be_open(tmp_path: Path) -> None:
     def few() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (5, 5))
 
-    line = [sys.executable, "-m", "livebass", "render", "--note", "E2", "--stems", "-o", str(tmp_path / "a.wav")]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=60, preexec_fn=few)
+    done = command("render", "--note", "E2", "--stems", "-o", "a.wav", preexec_fn=few)
     assert done.returncode != 0 and not list(tmp_path.iterdir())
 
 
@@ -296,7 +279,6 @@ def test_a_preset_goes_to_the_shell_in_its_own_bytes(tmp_path: Path, run: Run) -
     """TOML is UTF-8, whatever the terminal's encoding."""
     file = tmp_path / "a.toml"
     file.write_text('like = "slap"\nname = "caf\xe9"\n', "utf-8")
-    line = [sys.executable, "-m", "livebass", "presets", "show", str(file)]
-    done = subprocess.run(line, env=os.environ | {"PYTHONIOENCODING": "latin-1"}, capture_output=True, timeout=60)
+    done = command("presets", "show", file, env=os.environ | {"PYTHONIOENCODING": "latin-1"}, text=False)
     assert done.returncode == 0 and done.stdout.startswith(file.read_bytes().rstrip())
     assert cli_text(run, "presets", "show", file).encode() == done.stdout

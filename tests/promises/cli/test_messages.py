@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line, cli_text
+from support.command import Run, cli_text, refusal
 from support.engine import FakeEngine
 
 from livebass.cli import messages
@@ -61,8 +61,7 @@ def test_the_list_of_presets_has_headings_and_fits(run: Run, monkeypatch: pytest
     ],
 )  # fmt: skip
 def test_an_error_names_the_option(run: Run, tmp_path: Path, option: str, value: str) -> None:
-    status, _, err = run("render", "--note", "E1", option, value, "-o", tmp_path / "a.wav")
-    assert_one_clear_line(status, err)
+    err = refusal(run, "render", "--note", "E1", option, value, "-o", tmp_path / "a.wav")
     assert option in err and value in err and not list(tmp_path.iterdir())
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line
+from support.command import Run, refusal
 from support.engine import FakeEngine
 
 from livebass import loudness
@@ -74,8 +74,7 @@ def test_silence_stays_silence(fake: type[FakeEngine], run: Run, monkeypatch: py
     "arguments", [("-61",), ("1",), ("nan",), ("loud",), ("-16", "--gain", "0"), ("",)], ids=" ".join
 )
 def test_what_is_not_a_loudness_is_one_line(fake: type[FakeEngine], run: Run, arguments: tuple[str, ...]) -> None:
-    status, _, err = run("render", "--note", "E1", "--normalize", *arguments)
-    assert_one_clear_line(status, err, (2,))
+    err = refusal(run, "render", "--note", "E1", "--normalize", *arguments, status=2)
     assert "--normalize" in err and not list(Path().iterdir())
 
 
@@ -87,8 +86,7 @@ def test_a_disk_without_room_for_what_is_measured(
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(render.tempfile, "TemporaryFile", lambda **_: Full())
-    status, _, err = run("render", "--note", "E1", "--normalize", "-16", "-o", "a.wav")
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, "render", "--note", "E1", "--normalize", "-16", "-o", "a.wav", status=1)
     assert "a.wav: cannot be written: No space left on device" in err and not list(Path().iterdir())
 
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from support.command import GOOD, NOTE, Run, assert_one_clear_line, song
+from support.command import GOOD, NOTE, Run, refusal, song
 
 from livebass import load_preset
 from livebass.cli import play_settings
@@ -157,8 +157,7 @@ def test_a_tuning_that_does_not_fit_is_left_out_and_said(played: type[FakeSessio
     save(file, PlaySettings("./gone.toml", capo=2))
     status, _, err = run("play")
     assert status == 0 and "gone.toml" in err and played.ran[-1].preset == "jazz-finger"
-    status, _, err = run("play", "--tuning", "dropped")
-    assert_one_clear_line(status, err, (2,))
+    refusal(run, "play", "--tuning", "dropped", status=2)
 
 
 def test_bytes_that_are_no_text_are_one_line(file: Path) -> None:
@@ -197,9 +196,8 @@ def test_what_changes_while_it_plays_is_remembered(played: type[FakeSession], fi
 
 
 def test_a_bass_of_ones_own_is_remembered_by_its_whole_path(
-    played: type[FakeSession], file: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    played: type[FakeSession], file: Path, run: Run, tmp_path: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(run("presets", "show", "slap")[1])
     run("play", "-p", "mine.toml")
     assert load(file).preset == str(tmp_path / "mine.toml")
@@ -261,8 +259,7 @@ def test_a_place_that_cannot_be_written_is_a_warning(
 def test_options_that_do_not_go_together_are_one_line(
     played: type[FakeSession], run: Run, arguments: tuple[str, ...]
 ) -> None:
-    status, _, err = run("play", *arguments)
-    assert_one_clear_line(status, err, (2,))
+    refusal(run, "play", *arguments, status=2)
     assert not played.ran
 
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from support.command import GOOD, Run, assert_one_clear_line
+from support.command import GOOD, Run, assert_one_clear_line, python, refusal, rendering_for_long
 from support.costs import quick
 from support.engine import FakeEngine
+from support.jack import wait_for
 
 from livebass.compiling import library
 from livebass.files.whole import Transaction
@@ -30,22 +29,12 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run(["/bin/sh", "-c", text], cwd=folder, capture_output=True, timeout=300)
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        (),
-        *(
-            pytest.param(k, marks=pytest.mark.slow)
-            for k in (("--bits", "float"), ("--format", "flac"), ("--format", "ogg"))
-        ),
-    ],
-    ids=str,
-)
-def test_sound_goes_to_standard_output(run: Run, tmp_path: Path, kind: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("kind", quick(["", "--bits float", "--format flac", "--format ogg"], [""]))
+def test_sound_goes_to_standard_output(run: Run, tmp_path: Path, kind: str) -> None:
     """The same bytes as in a file, and nothing else."""
-    file = tmp_path / f"a.{kind[1] if '--format' in kind else 'wav'}"
-    assert run(*NOTE, *kind, "-o", file)[0] == 0
-    piped = shell(f"livebass {' '.join([*NOTE, *kind])} -o - | cat", tmp_path)
+    file = tmp_path / f"a.{kind.removeprefix('--format ') if '--format' in kind else 'wav'}"
+    assert run(*NOTE, *kind.split(), "-o", file)[0] == 0
+    piped = shell(f"livebass {' '.join(NOTE)} {kind} -o - | cat", tmp_path)
     assert piped.stdout == file.read_bytes()
     assert piped.stderr.decode().splitlines()[-1].startswith("-: 1 note ")
     assert list(tmp_path.iterdir()) == [file]
@@ -73,16 +62,13 @@ def test_pipes_that_cannot_take_it(run: Run, tmp_path: Path) -> None:
     assert b"-: cannot be written: No space left on device" in done.stderr
     done = shell(f"{{ {note}; echo $? >&2; }} | true", tmp_path)
     assert done.stderr.decode().splitlines()[-1] == "141" and b"Traceback" not in done.stderr
-    status, _, err = run(*NOTE, "-o", "-", "--stems")
-    assert_one_clear_line(status, err, (2,))
+    refusal(run, *NOTE, "-o", "-", "--stems", status=2)
     assert not list(tmp_path.iterdir())
 
 
 def test_sound_does_not_go_to_a_terminal(fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    status, out, err = run("render", "--note", "G2", "-o", "-")
-    assert_one_clear_line(status, err, (2,))
-    assert "terminal" in err and not out
+    assert "terminal" in refusal(run, "render", "--note", "G2", "-o", "-", status=2)
 
 
 @pytest.mark.parametrize(
@@ -125,38 +111,18 @@ except KeyboardInterrupt:
 
 
 def test_a_message_that_an_interrupt_follows_is_said_once() -> None:
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED_WRITE], capture_output=True, text=True)
+    done = python(INTERRUPTED_WRITE)
     assert (done.returncode, done.stderr) == (0, "once\ninterrupted\n")
 
 
 def test_what_a_killed_render_left_is_removed_by_the_next(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "long.wav"
-    line = [
-        sys.executable,
-        "-m",
-        "livebass",
-        "render",
-        "--note",
-        "E1",
-        "--duration",
-        "3600s",
-        "--stems",
-        "-o",
-        str(out),
-    ]
-    with subprocess.Popen(line, stderr=subprocess.DEVNULL) as process:
-        try:
-            for _ in range(900):
-                if len(list(tmp_path.iterdir())) == 5 or process.poll() is not None:
-                    break
-                time.sleep(0.1)
-            left = {file.name for file in tmp_path.iterdir()}
-            assert len(left) == 5, left
-            # it is alive: its files stay
-            assert run(*NOTE, "-o", out)[0] == 0
-            assert {file.name for file in tmp_path.iterdir()} == left | {"long.wav"}
-        finally:
-            process.send_signal(signal.SIGKILL)
+    with rendering_for_long(out):
+        wait_for(lambda: len(os.listdir()) == 5)
+        left = set(os.listdir())
+        # it is alive: its files stay
+        assert run(*NOTE, "-o", out)[0] == 0
+        assert set(os.listdir()) == left | {"long.wav"}
     (tmp_path / ".other.wav.tmp-01234567").touch()
     (tmp_path / ".long.wav.tmp-mine").touch()
     assert run(*NOTE, "-o", out, "--stems")[0] == 0
@@ -187,9 +153,7 @@ def test_rates_have_units_everywhere(run: Run, tmp_path: Path) -> None:
     how = ("--apex", "1mm", "--duration", "5ms", "-q", "live", "--rate", "22.05kHz", "-o", tmp_path / "d")
     assert run("simulate", *how)[0] == 0
     assert np.load(tmp_path / "d" / "result.npz")["output_rate_hz"] == 22050
-    status, _, err = run("play", "--rate", "44.1")
-    assert_one_clear_line(status, err, (2,))
-    assert "a whole number of Hz from 22.05 kHz to 192 kHz" in err
+    assert "a whole number of Hz from 22.05 kHz to 192 kHz" in refusal(run, "play", "--rate", "44.1", status=2)
 
 
 @pytest.mark.parametrize(

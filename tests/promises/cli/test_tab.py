@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.command import GOOD, Run, assert_one_clear_line, cli_text
+from support.command import GOOD, Run, assert_one_clear_line, cli_text, refusal
 from support.tabs import as_gp, as_gp5, beats, lock_archive, note, tab, zip_files
 
 from livebass.kernels.player.words import STROKE
@@ -18,11 +18,6 @@ from livebass.score.reading import read_score
 from livebass.tab.model import Tab
 
 GUITAR = (40, 45, 50, 55, 59, 64)
-
-
-@pytest.fixture(autouse=True)
-def in_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def band() -> Tab:
@@ -147,9 +142,7 @@ def test_a_metronome_of_the_file_is_for_tablature(run: Run) -> None:
         (["--metronome", "90", "--count-in"], "--count-in is for --metronome file"),
         (["--metronome", "bars"], "must be from 20 to 400, or file, not bars"),
     ]:
-        status, _, err = run("play", "--no-settings", *options)
-        assert_one_clear_line(status, err)
-        assert said in err
+        assert said in refusal(run, "play", "--no-settings", *options)
 
 
 @pytest.mark.parametrize("more", [["--list"], []])
@@ -196,9 +189,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], list[str], str]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_other_files_get_one_line(run: Run, case: str) -> None:
     data, options, said = REFUSED[case]
-    status, _, err = run("render", write(data()), "-o", "a.wav", *options)
-    assert_one_clear_line(status, err)
-    assert said in err
+    assert said in refusal(run, "render", write(data()), "-o", "a.wav", *options)
     assert not Path("a.wav").exists()
 
 
@@ -212,6 +203,5 @@ def test_a_missing_package_is_named(
         raise ImportError(name)
 
     monkeypatch.setattr("livebass.tab.needs.import_module", without)
-    status, _, err = run("render", song, "--list")
-    assert_one_clear_line(status, err)
+    err = refusal(run, "render", song, "--list")
     assert f"need{'s' * (package == 'defusedxml')} {package}" in err and "install" in err

@@ -15,17 +15,8 @@ from support.quoted import ROOT, command_of, context, every_command
 from livebass.plugin.export import BUNDLES
 
 # Names that commands choose, and what tools leave
-CHOSEN = [
-    *BUNDLES.values(),
-    "demo.wav",
-    "G2.wav",
-    "song.E.wav",
-    "my-bass-points",
-    ".venv",
-    "dist",
-    ".mypy_cache",
-    "build",
-]
+CHOSEN = [*BUNDLES.values(), "demo.wav", "G2.wav", "song.E.wav", "my-bass-points"]
+CHOSEN += [".venv", "dist", ".mypy_cache", "build"]
 NOT_OURS = ["livebass/new.py", "presets/mine.toml", "tests/new/data.toml", "docs/new.png", "tools/new", ".ci/new",
             ".github/workflows/tests.yml", "findings/new.sh", "NEW.md", "CITATION.cff"]  # fmt: skip
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from support.command import Run, assert_one_clear_line
+from support.command import Run, assert_one_clear_line, python, refusal
+from support.costs import quick
 from support.places import GROWLY, RECORDINGS
 from support.tabs import as_gp5, beats, note, tab
 
@@ -110,26 +110,13 @@ def test_a_missing_package_gets_one_line_with_exactly_the_needed_extras(
     monkeypatch.setattr("livebass.plugin.build.is_built", lambda _: False)
     if missing != "sounddevice":  # which play needs when it opens its device
         monkeypatch.setattr("livebass.compiling.library.is_cached", lambda: pytest.fail("it works"))
-    status, _, err = run(*line)
-    assert_one_clear_line(status, err, (1,))
+    err = refusal(run, *line, status=1)
     assert err.rstrip("\n").partition("; --no-picture")[0].endswith(install(extras)), err
-
-
-def works(extras: str, line: tuple[str, ...], written: str | None) -> None:
-    """Runs a command with the packages of `extras` alone; it must succeed, and find nothing missing."""
-    others = set(distributions(",".join(EXTRAS))) - set(distributions(extras))
-    blocked = set().union(*map(modules, others))
-    code = BLOCKED.format(blocked=sorted(blocked))
-    env = os.environ | {"LIVEBASS_TRACEBACK": "1"}
-    done = subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True, timeout=300, env=env)
-    assert done.returncode == 0, done.stderr
-    assert "install" not in done.stderr and (written is None or Path(written).stat().st_size)
 
 
 def without_numba(*line: str) -> subprocess.CompletedProcess[str]:
     """Runs a command as an installation from a wheel would: kernels are compiled, and nothing can compile others."""
-    code = BLOCKED.format(blocked=["llvmlite", "numba"])
-    return subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True, timeout=300)
+    return python(BLOCKED.format(blocked=["llvmlite", "numba"]), *line)
 
 
 @pytest.mark.parametrize("line", [
@@ -155,12 +142,11 @@ def test_the_reference_solver_says_that_it_needs_numba(line: tuple[str, ...]) ->
     assert not Path("pluck").exists()
 
 
-@pytest.mark.parametrize(("extras", "line", "written"), WORKS, ids=str)
+@pytest.mark.parametrize(("extras", "line", "written"), quick([*WORKS, *SLOWLY], WORKS))
 def test_a_command_works_with_exactly_these_extras(extras: str, line: tuple[str, ...], written: str | None) -> None:
-    works(extras, line, written)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("extras", "line", "written"), SLOWLY, ids=str)
-def test_long_work_is_done_with_exactly_these_extras(extras: str, line: tuple[str, ...], written: str | None) -> None:
-    works(extras, line, written)
+    """With the packages of `extras` alone it succeeds, and finds nothing missing."""
+    others = set(distributions(",".join(EXTRAS))) - set(distributions(extras))
+    blocked = set().union(*map(modules, others))
+    done = python(BLOCKED.format(blocked=sorted(blocked)), *line, env={"LIVEBASS_TRACEBACK": "1"})
+    assert done.returncode == 0, done.stderr
+    assert "install" not in done.stderr and (written is None or Path(written).stat().st_size)

@@ -113,13 +113,8 @@ def test_all_places_agree_on_the_addresses() -> None:
 
 def test_no_other_file_names_an_address_of_the_project() -> None:
     places = {ROOT / "pyproject.toml", *(ROOT / name for name in WHERE.PLACES)}
-    texts = [
-        *ROOT.glob("*.md"),
-        *ROOT.glob("docs/**/*.md"),
-        *ROOT.glob("livebass/help/*.md"),
-        *ROOT.glob(".github/**/*.*"),
-    ]
-    for file in {*texts} - places:
+    globs = ("*.md", "docs/**/*.md", "livebass/help/*.md", ".github/**/*.*")
+    for file in {file for glob in globs for file in ROOT.glob(glob)} - places:
         text = file.read_text("utf-8")
         assert PROJECT["urls"]["Source"] not in text and PROJECT["urls"]["Site"] not in text, file
 

@@ -15,7 +15,6 @@ import sys
 import tarfile
 import zipfile
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from support.places import ROOT
@@ -23,20 +22,12 @@ from support.programs import load
 
 from livebass import __version__
 
+INSIDE, TOOL = load("inside"), load("release")
 HOME = "/home/anna"
 GIT = ["git", "-c", "user.name=a", "-c", "user.email=a@b.c"]
 
 pytestmark = pytest.mark.skipif(not shutil.which("git"), reason="needs git")
-
-
-@pytest.fixture(scope="module")
-def inside() -> ModuleType:
-    return load("inside")
-
-
-@pytest.fixture(scope="module")
-def tool() -> ModuleType:
-    return load("release")
+needs_checkout = pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs a checkout")
 
 
 @pytest.fixture
@@ -65,12 +56,12 @@ def change(root: Path, name: str, old: str, new: str) -> None:
     subprocess.run([*GIT, "commit", "-q", "-a", "-m", "b"], cwd=root, check=True)
 
 
-def test_a_clean_tree_whose_versions_agree_can_be_released(tool: ModuleType, tree: Path) -> None:
-    assert tool.problems(tree) == tool.problems(tree, "v1.2.3") == []
-    assert tool.changes(tree, "1.2.3") == "More.\n"
+def test_a_clean_tree_whose_versions_agree_can_be_released(tree: Path) -> None:
+    assert TOOL.problems(tree) == TOOL.problems(tree, "v1.2.3") == []
+    assert TOOL.changes(tree, "1.2.3") == "More.\n"
     (tree / "CITATION.cff").unlink()
     subprocess.run([*GIT, "commit", "-q", "-a", "-m", "b"], cwd=tree, check=True)
-    assert tool.problems(tree) == [], "there need be none"
+    assert TOOL.problems(tree) == [], "there need be none"
 
 
 @pytest.mark.parametrize(
@@ -85,40 +76,37 @@ def test_a_clean_tree_whose_versions_agree_can_be_released(tool: ModuleType, tre
         ("pyproject.toml", "github.com/anna", "example.org", "[project.urls] has placeholders"),
     ],
 )
-def test_versions_that_disagree_are_refused(
-    tool: ModuleType, tree: Path, name: str, old: str, new: str, said: str
-) -> None:
+def test_versions_that_disagree_are_refused(tree: Path, name: str, old: str, new: str, said: str) -> None:
     change(tree, name, old, new)
-    assert any(said in line for line in tool.problems(tree))
+    assert any(said in line for line in TOOL.problems(tree))
 
 
-def test_changes_and_other_tags_are_refused(tool: ModuleType, tree: Path) -> None:
-    assert tool.problems(tree, "v1.2.4") == ["the tag must be v1.2.3, not v1.2.4"]
+def test_changes_and_other_tags_are_refused(tree: Path) -> None:
+    assert TOOL.problems(tree, "v1.2.4") == ["the tag must be v1.2.3, not v1.2.4"]
     (tree / "new.txt").touch()
-    assert tool.problems(tree) == ["the tree has changes that are not committed: ?? new.txt"]
+    assert TOOL.problems(tree) == ["the tree has changes that are not committed: ?? new.txt"]
     (tree / "run").write_text("")
-    assert tool.problems(tree)[0].endswith("M run and 1 more")
+    assert TOOL.problems(tree)[0].endswith("M run and 1 more")
 
 
-def test_a_trial_allows_changes_and_an_unreleased_version_and_nothing_else(tool: ModuleType, tree: Path) -> None:
+def test_a_trial_allows_changes_and_an_unreleased_version_and_nothing_else(tree: Path) -> None:
     change(tree, "CHANGELOG.md", "2026-11-28", "unreleased")
     (tree / "new.txt").touch()
-    assert tool.problems(tree, trial=True) == []
+    assert TOOL.problems(tree, trial=True) == []
     change(tree, "CHANGELOG.md", "unreleased", "soon")
-    assert tool.problems(tree, trial=True) == ["CHANGELOG.md: the date of 1.2.3 must be like 2026-11-28, not soon"]
+    assert TOOL.problems(tree, trial=True) == ["CHANGELOG.md: the date of 1.2.3 must be like 2026-11-28, not soon"]
 
 
-def test_this_tree_has_one_version(tool: ModuleType) -> None:
-    if not (ROOT / ".git").exists():
-        pytest.skip("needs a checkout")
-    assert tool.problems(ROOT, f"v{__version__}", trial=True) == []
+@needs_checkout
+def test_this_tree_has_one_version() -> None:
+    assert TOOL.problems(ROOT, f"v{__version__}", trial=True) == []
 
 
-def test_what_is_built_is_what_git_tracks_under_any_umask(tool: ModuleType, tree: Path, tmp_path: Path) -> None:
+def test_what_is_built_is_what_git_tracks_under_any_umask(tree: Path, tmp_path: Path) -> None:
     (tree / "untracked.txt").touch()
     before = os.umask(0o077)
     try:
-        tool.write(tool.tracked(tree), tmp_path / "copy")
+        TOOL.write(TOOL.tracked(tree), tmp_path / "copy")
     finally:
         os.umask(before)
     copied = {str(file.relative_to(tmp_path / "copy")) for file in (tmp_path / "copy").rglob("*") if file.is_file()}
@@ -126,29 +114,27 @@ def test_what_is_built_is_what_git_tracks_under_any_umask(tool: ModuleType, tree
     assert os.access(tmp_path / "copy" / "run", os.X_OK) and not os.access(tmp_path / "copy" / "CHANGELOG.md", os.X_OK)
 
 
-def test_only_a_release_is_replaced(tool: ModuleType, tmp_path: Path) -> None:
+def test_only_a_release_is_replaced(tmp_path: Path) -> None:
     made, output = tmp_path / "made", tmp_path / "dist" / "1.2.3"
     made.mkdir()
     output.parent.mkdir()
     (made / "a.whl").write_bytes(b"a")
-    (made / tool.SUMS).write_text(tool.sums(made))
-    assert (made / tool.SUMS).read_text() == f"{hashlib.sha256(b'a').hexdigest()}  a.whl\n"
+    (made / TOOL.SUMS).write_text(TOOL.sums(made))
+    assert (made / TOOL.SUMS).read_text() == f"{hashlib.sha256(b'a').hexdigest()}  a.whl\n"
     for _ in range(2):
-        assert tool.replaceable(output)
-        tool.put(made, output)
-        assert {file.name for file in output.iterdir()} == {"a.whl", tool.SUMS}
+        assert TOOL.replaceable(output)
+        TOOL.put(made, output)
+        assert {file.name for file in output.iterdir()} == {"a.whl", TOOL.SUMS}
         assert [entry.name for entry in output.parent.iterdir()] == ["1.2.3"]
     (output / "mine.txt").touch()
-    assert not tool.replaceable(output)
+    assert not TOOL.replaceable(output)
     (tmp_path / "file").touch()
-    assert not tool.replaceable(tmp_path / "file")
+    assert not TOOL.replaceable(tmp_path / "file")
     (tmp_path / "empty").mkdir()
-    assert tool.replaceable(tmp_path / "empty")
+    assert TOOL.replaceable(tmp_path / "empty")
 
 
-def test_a_build_that_differs_is_refused_and_leaves_nothing(
-    tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_build_that_differs_is_refused_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     count = 0
 
     def built(_: object, place: Path, *more: object) -> Path:
@@ -160,16 +146,16 @@ def test_a_build_that_differs_is_refused_and_leaves_nothing(
             packed.writestr(zipfile.ZipInfo("other.py"), f"build {count}")
         return place / "files"
 
-    monkeypatch.setattr(tool, "built", built)
-    monkeypatch.setattr(tool, "problems", lambda *_: [])
+    monkeypatch.setattr(TOOL, "built", built)
+    monkeypatch.setattr(TOOL, "problems", lambda *_: [])
     given = argparse.Namespace(output=tmp_path / "out", trial=True, tag=None, no_tests=True, once=False, systems=[])
-    with pytest.raises(tool.Refused, match=r"^a\.whl: two builds differ, first in a\.whl: other\.py$"):
-        tool.release(given)
+    with pytest.raises(TOOL.Refused, match=r"^a\.whl: two builds differ, first in a\.whl: other\.py$"):
+        TOOL.release(given)
     assert count == 2 and not list(tmp_path.iterdir())
 
 
-def machine(inside: ModuleType, *names: str) -> object:
-    return inside.Machine(frozenset({HOME}), frozenset({"/var/tmp7"}), frozenset(names))
+def machine(*names: str) -> object:
+    return INSIDE.Machine(frozenset({HOME}), frozenset({"/var/tmp7"}), frozenset(names))
 
 
 def pack(data: bytes) -> dict[str, bytes]:
@@ -191,44 +177,36 @@ def pack(data: bytes) -> dict[str, bytes]:
 )
 @pytest.mark.parametrize("code", ["utf-8", "utf-16-le"])
 @pytest.mark.parametrize("kind", ["a.txt", "a.whl", "a.tar.gz", "a.html"])
-def test_a_planted_word_of_the_machine_is_found(
-    inside: ModuleType, tmp_path: Path, word: str, code: str, kind: str
-) -> None:
+def test_a_planted_word_of_the_machine_is_found(tmp_path: Path, word: str, code: str, kind: str) -> None:
     (tmp_path / kind).write_bytes(pack(b"\x7fELF " + word.encode(code) + b"\0 more")[kind])
-    (found,) = inside.leaks(tmp_path, machine(inside, "anna7"), [b"source"])
+    (found,) = INSIDE.leaks(tmp_path, machine("anna7"), [b"source"])
     assert re.match(rf"{kind}.*: has (/home/anna|/var/tmp7|anna7), a word of this machine", found)
 
 
 @pytest.mark.parametrize("word", ["/home/annabel", "x/home/anna", "annabella anna7x", "https://a.b/var/tmp77"])
-def test_other_words_are_not(inside: ModuleType, tmp_path: Path, word: str) -> None:
+def test_other_words_are_not(tmp_path: Path, word: str) -> None:
     for name, data in pack(word.encode()).items():
         (tmp_path / name).write_bytes(data)
-    assert inside.leaks(tmp_path, machine(inside, "anna7"), [b"source"]) == []
+    assert INSIDE.leaks(tmp_path, machine("anna7"), [b"source"]) == []
 
 
-def test_sources_may_have_a_users_name_but_no_path(
-    inside: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_sources_may_have_a_users_name_but_no_path(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     source = b"the bass of anna7, in /var/tmp7"
     (tmp_path / "copy").write_bytes(source)
     (tmp_path / "page").write_bytes(b"generated by anna7")
-    assert inside.leaks(tmp_path, machine(inside, "anna7"), [source]) == []
+    assert INSIDE.leaks(tmp_path, machine("anna7"), [source]) == []
     assert "word of the sources: anna7" in capsys.readouterr().err
     (tmp_path / "copy").write_bytes(HOME.encode())
-    assert inside.leaks(tmp_path, machine(inside), [HOME.encode()]) == [f"copy: has {HOME}, a word of this machine"]
+    assert INSIDE.leaks(tmp_path, machine(), [HOME.encode()]) == [f"copy: has {HOME}, a word of this machine"]
 
 
-def test_this_machine_has_words(inside: ModuleType, tmp_path: Path) -> None:
-    found = inside.Machine.this(str(tmp_path))
-    assert (
-        str(tmp_path) in found.paths
-        and str(Path.home()) in found.paths | found.common | {"/"}
-        and "/" not in found.paths
-    )
-    assert found.names
+def test_this_machine_has_words(tmp_path: Path) -> None:
+    found = INSIDE.Machine.this(str(tmp_path))
+    assert str(tmp_path) in found.paths and str(Path.home()) in found.paths | found.common | {"/"}
+    assert "/" not in found.paths and found.names
 
 
-def test_differences_name_the_innermost_place(inside: ModuleType, tmp_path: Path) -> None:
+def test_differences_name_the_innermost_place(tmp_path: Path) -> None:
     for name, data in (("a", b"one"), ("b", b"another")):
         (tmp_path / name).mkdir()
         for file, content in pack(data).items():
@@ -236,7 +214,7 @@ def test_differences_name_the_innermost_place(inside: ModuleType, tmp_path: Path
                 (tmp_path / name / file).write_bytes(content)
         (tmp_path / name / "same").touch()
     (tmp_path / "b" / "more").touch()
-    assert inside.differences(tmp_path / "a", tmp_path / "b") == [
+    assert INSIDE.differences(tmp_path / "a", tmp_path / "b") == [
         "a.tar.gz: two builds differ, first in a.tar.gz: a/program.ll.gz: unpacked",
         "a.txt: two builds differ, first in a.txt",
         "a.whl: two builds differ, first in a.whl: a/plugin.so",
@@ -256,17 +234,16 @@ print(wheels.wheel(SYSTEMS["windows-x86_64"], Path(), b"plugin", b"page", Path(s
 """
 
 
-def test_a_wheel_does_not_depend_on_place_time_umask_or_hash_seed(tool: ModuleType, tmp_path: Path) -> None:
+@needs_checkout
+def test_a_wheel_does_not_depend_on_place_time_umask_or_hash_seed(tmp_path: Path) -> None:
     """Without the compiled code, which takes minutes; `tools/release` itself compares that."""
     pytest.importorskip("hatchling")
-    if not (ROOT / ".git").exists():
-        pytest.skip("needs a checkout")
     made = []
-    for settings, umask, name in zip(tool.SETTINGS, tool.UMASKS, tool.FOLDERS, strict=True):
+    for settings, umask, name in zip(TOOL.SETTINGS, TOOL.UMASKS, TOOL.FOLDERS, strict=True):
         before = os.umask(umask)
         try:
             tree, out = tmp_path / name / "tree", tmp_path / name / "out"
-            tool.write(tool.tracked(ROOT), tree)
+            TOOL.write(TOOL.tracked(ROOT), tree)
             out.mkdir()
             env = os.environ | settings | {"PYTHONPATH": str(tree)}
             done = subprocess.run(
@@ -287,9 +264,8 @@ def test_a_wheel_does_not_depend_on_place_time_umask_or_hash_seed(tool: ModuleTy
     assert f"\nVersion: {__version__}\n" in head
 
 
+@needs_checkout
 def test_the_command_refuses_in_one_line(tmp_path: Path) -> None:
-    if not (ROOT / ".git").exists():
-        pytest.skip("needs a checkout")
     (tmp_path / "mine.txt").touch()
     for arguments, said in (
         (["--trial", "--no-tests", "-o", str(tmp_path)], f"tools/release: {tmp_path}: holds other files"),

@@ -39,10 +39,8 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
         calls.append(list(arguments))
         if "--editable" in arguments:
             install(tmp_path, editable=True)
-        given = (
-            [*arguments, *module.requirements(module.project(), ["test"])] if "[" in arguments[-1] else list(arguments)
-        )
-        return "none-has-this" not in given
+        more = module.requirements(module.project(), ["test"]) if "[" in arguments[-1] else []
+        return "none-has-this" not in [*arguments, *more]
 
     monkeypatch.setattr(module, "pip", pip)
     return module

@@ -6,8 +6,6 @@ import inspect
 import re
 import sys
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import pytest
 from support.places import ROOT
@@ -17,20 +15,11 @@ from support.site import build
 import livebass
 from livebass.cli.help import PAGES
 
+TOOL, LINKS = load("site"), load("links")
 SITE = ROOT / "docs" / "site"
 API = {file.name: file.read_text("utf-8") for file in sorted((SITE / "api").glob("*.md"))}
 SECTION = re.compile(r"^(Args|Keyword Args|Returns|Yields|Raises):$", re.MULTILINE)
 FUNCTIONS = [name for name in livebass.__all__ if inspect.isfunction(getattr(livebass, name))]
-
-
-@pytest.fixture(scope="module")
-def site() -> Any:
-    return load("site")
-
-
-@pytest.fixture(scope="module")
-def links() -> ModuleType:
-    return load("links")
 
 
 def write(folder: Path, files: dict[str, str]) -> Path:
@@ -41,7 +30,7 @@ def write(folder: Path, files: dict[str, str]) -> Path:
 
 
 @pytest.fixture
-def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A small project with the site's own pages: first page, handbook page "cost", a note; sounds of two rows."""
     root = write(tmp_path / "project", {
         "README.md": (
@@ -67,14 +56,14 @@ def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         'Site = "https://it.example.org"\n',
         **{f"livebass/help/{page}.md": f"# {page.title()}: all of it\n\n## Qualities\n" for page in PAGES},
     })  # fmt: skip
-    monkeypatch.setattr(site, "ROOT", root)
-    monkeypatch.setattr(site, "SITE", root / "docs" / "site")
+    monkeypatch.setattr(TOOL, "ROOT", root)
+    monkeypatch.setattr(TOOL, "SITE", root / "docs" / "site")
     return root
 
 
-def assemble(site: Any, to: Path) -> dict[str, str]:
+def assemble(to: Path) -> dict[str, str]:
     """The sources of the site, by place."""
-    site.Assembly(to).assemble()
+    TOOL.Assembly(to).assemble()
     return {file.relative_to(to).as_posix(): file.read_text("utf-8") for file in sorted(to.rglob("*.md"))}
 
 
@@ -116,18 +105,18 @@ def test_the_navigation_has_every_handbook_page_in_reading_order() -> None:
         assert re.search(rf"^(?:.* <)?{section}>?$", first, re.MULTILINE)
 
 
-def test_all_pages_of_the_repository_are_on_the_site(site: Any, tmp_path: Path) -> None:
-    files = {file.relative_to(ROOT).as_posix() for file in site.pages().values()}
+def test_all_pages_of_the_repository_are_on_the_site(tmp_path: Path) -> None:
+    files = {file.relative_to(ROOT).as_posix() for file in TOOL.pages().values()}
     assert {"README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/words.md"} <= files
     assert {f"livebass/help/{page}.md" for page in PAGES} <= files
     assert {file.relative_to(ROOT).as_posix() for file in (ROOT / "docs" / "notes").iterdir()} <= files
-    sources = assemble(site, tmp_path / "source")  # every link in them leads to a file
-    assert set(site.pages()) <= set(sources) and (tmp_path / "source" / "icon.svg").exists()
+    sources = assemble(tmp_path / "source")  # every link in them leads to a file
+    assert set(TOOL.pages()) <= set(sources) and (tmp_path / "source" / "icon.svg").exists()
     assert "<!-- " not in "".join(text for place, text in sources.items() if place.endswith("index.md"))
 
 
-def test_links_between_pages_follow_them_to_their_places(site: Any, project: Path, tmp_path: Path) -> None:
-    sources = assemble(site, tmp_path / "source")
+def test_links_between_pages_follow_them_to_their_places(project: Path, tmp_path: Path) -> None:
+    sources = assemble(tmp_path / "source")
     assert "[cost](handbook/cost.md#qualities)" in sources["start.md"]
     assert "[Here](#windows)" in sources["start.md"] and "[Here](start.md#windows)" in sources["index.md"]
     page = '<a href="play/index.html#x">the\npage</a> of <a href="index.html">it</a>.'
@@ -144,10 +133,8 @@ def test_links_between_pages_follow_them_to_their_places(site: Any, project: Pat
     assert sources["handbook/cost.md"].startswith("# Cost\n\n*All of it.*\n")
 
 
-def test_the_first_page_has_the_beginning_of_the_readme_its_doors_and_the_sounds(
-    site: Any, project: Path, tmp_path: Path
-) -> None:
-    page = assemble(site, tmp_path / "source")["index.md"]
+def test_the_first_page_has_the_beginning_of_the_readme_its_doors_and_the_sounds(project: Path, tmp_path: Path) -> None:
+    page = assemble(tmp_path / "source")["index.md"]
     assert page.startswith("It sounds, see [cost](handbook/cost.md#qualities).\n\n```sh\n# no heading\n```\n")
     assert page.index("Slap") < page.index("Pick") < page.index("## I have a DAW\n\nUse it.\n\n### Windows\n\nCopy.")
     assert "In Python" not in page
@@ -163,20 +150,18 @@ def test_the_first_page_has_the_beginning_of_the_readme_its_doors_and_the_sounds
         ("Hear [it](docs/sounds/pick.ogg), too.", ["slap.ogg", "pick.ogg"]),  # within a sentence it stays a link
     ],
 )
-def test_a_sound_of_the_readme_has_one_player(
-    site: Any, project: Path, tmp_path: Path, text: str, players: list[str]
-) -> None:
+def test_a_sound_of_the_readme_has_one_player(project: Path, tmp_path: Path, text: str, players: list[str]) -> None:
     readme = project / "README.md"
     readme.write_text(readme.read_text().replace("It sounds", f"{text}\n\nIt sounds"))
-    page = assemble(site, tmp_path / "source")["index.md"]
+    page = assemble(tmp_path / "source")["index.md"]
     assert re.findall(r'<audio[^>]* src="sounds/(.*?)"', page) == players
     assert page.count("sounds/pick.ogg") == (2 if text.startswith("Hear") else 1)
 
 
-def test_a_site_needs_no_sounds(site: Any, project: Path, tmp_path: Path) -> None:
+def test_a_site_needs_no_sounds(project: Path, tmp_path: Path) -> None:
     for file in (project / "docs" / "sounds").iterdir():
         file.unlink()
-    assert "audio" not in assemble(site, tmp_path / "source")["index.md"]
+    assert "audio" not in assemble(tmp_path / "source")["index.md"]
 
 
 @pytest.mark.parametrize(
@@ -189,31 +174,31 @@ def test_a_site_needs_no_sounds(site: Any, project: Path, tmp_path: Path) -> Non
     ],
 )
 def test_a_link_or_section_that_is_missing_is_named(
-    site: Any, project: Path, tmp_path: Path, file: str, text: str, message: str
+    project: Path, tmp_path: Path, file: str, text: str, message: str
 ) -> None:
     (tmp_path / "outside.md").write_text("# Outside")
     write(project, {file: text + "\n"})
-    with pytest.raises(site.SiteError) as error:
-        assemble(site, tmp_path / "source")
+    with pytest.raises(TOOL.SiteError) as error:
+        assemble(tmp_path / "source")
     assert str(error.value) == message
 
 
 def test_without_sphinx_a_line_says_what_to_install(
-    site: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(site, "NEEDED", ("re", "no_such_package"))
+    monkeypatch.setattr(TOOL, "NEEDED", ("re", "no_such_package"))
     monkeypatch.setattr(sys, "argv", ["site.py", "-o", str(tmp_path / "site")])
-    assert site.main() == 1 and not (tmp_path / "site").exists()
+    assert TOOL.main() == 1 and not (tmp_path / "site").exists()
     assert capsys.readouterr().err == "tools/site.py: needs no_such_package: tools/run.py site installs them\n"
 
 
 def test_a_folder_of_other_files_is_not_replaced(
-    site: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "mine.txt").touch()
-    monkeypatch.setattr(site, "NEEDED", ())
+    monkeypatch.setattr(TOOL, "NEEDED", ())
     monkeypatch.setattr(sys, "argv", ["site.py", "-o", str(tmp_path)])
-    assert site.main() == 1 and [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
+    assert TOOL.main() == 1 and [file.name for file in tmp_path.iterdir()] == ["mine.txt"]
     assert "holds other files, such as mine.txt" in capsys.readouterr().err
 
 
@@ -232,8 +217,8 @@ GOOD = {
 }
 
 
-def test_a_site_without_dead_links_has_no_faults(links: Any, tmp_path: Path) -> None:
-    faults, elsewhere = links.check(write(tmp_path, GOOD))
+def test_a_site_without_dead_links_has_no_faults(tmp_path: Path) -> None:
+    faults, elsewhere = LINKS.check(write(tmp_path, GOOD))
     assert faults == []
     assert elsewhere == {"https://example.org/x", "mailto:a@example.org"}
 
@@ -257,16 +242,16 @@ def test_a_site_without_dead_links_has_no_faults(links: Any, tmp_path: Path) -> 
         ("index.html", "<style>@import 'https://a.org/f.css';</style>", "index.html: loads https://a.org/f.css"),
     ],
 )
-def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted: str, fault: str) -> None:
+def test_a_planted_fault_is_found(tmp_path: Path, file: str, planted: str, fault: str) -> None:
     site = write(tmp_path / "site", GOOD | {file: planted + GOOD[file]})
     (tmp_path / "outside.html").touch()
-    assert links.check(site)[0] == [fault]
+    assert LINKS.check(site)[0] == [fault]
 
 
 @pytest.mark.slow
-def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path) -> None:
+def test_two_builds_are_equal_byte_for_byte(tmp_path: Path) -> None:
     found = []
-    for folder in (build(site, tmp_path / "one"), build(site, tmp_path / "two")):
+    for folder in (build(TOOL, tmp_path / "one"), build(TOOL, tmp_path / "two")):
         files = {file for file in folder.rglob("*") if file.is_file()}
         found.append({file.relative_to(folder).as_posix(): file.read_bytes() for file in files})
     assert found[0] == found[1]

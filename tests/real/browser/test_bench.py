@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import COPIED, INSIDE, MADE_HERE, chromium, firefox, open_page, wait
+from support.browser import INSIDE, chromium, firefox, open_page, resize, start_sound, wait
 from support.command import Run
 
 from livebass import load_preset
@@ -24,10 +24,7 @@ const [name, values, done] = arguments;
 (async () => {
   const own = benches.get(name);
   own.setAll(values);
-  const bytes = new Uint8Array(await player.fileOf(name));
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-  done({toml: own.toml(), file: btoa(text)});
+  done({toml: own.toml(), file: inBase64(new Uint8Array(await player.fileOf(name)))});
 })();
 """
 BASSES = ("jazz-finger", "slap", "fretless", "paper-bass", "five-string-active")
@@ -42,10 +39,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         driver.home = file.as_uri()
         open_page(driver, driver.home)
         yield driver
-
-
-# The bench's messages in `page`
-STATE = "const b = bench(); return [b.slot, b.values, b.before.length, b.after.length, $('said').textContent]"
 
 
 @pytest.mark.slow
@@ -66,24 +59,16 @@ def test_firefox_makes_the_file_of_the_saved_preset(page: Any, tmp_path: Path) -
 
 def set_slider(page: Any, symbol: str, *values: float) -> None:
     """Moves a slider to each of `values`, then releases it."""
-    page.execute_script(
-        "const slider = $(`bench-${arguments[0]}`);"
-        "for (const value of arguments[1]) { slider.value = value; slider.dispatchEvent(new Event('input')); }"
-        "slider.dispatchEvent(new Event('change'))",
-        symbol,
-        values,
-    )
-
-
-def begin(page: Any) -> None:
-    page.find_element("css selector", "h1").click()  # browsers want a gesture
-    page.execute_script("player.sound()")
-    wait(lambda: page.execute_script("return player.playing"))
+    move = "const slider = $(`bench-${arguments[0]}`);"
+    move += "for (const value of arguments[1]) { slider.value = value; slider.dispatchEvent(new Event('input')); }"
+    page.execute_script(f"{move} slider.dispatchEvent(new Event('change'))", symbol, values)
 
 
 def state(page: Any) -> Any:
     """The slot of the bench, its values, the counts of undo and redo steps, and its message."""
-    return page.execute_script(STATE)
+    return page.execute_script(
+        "const b = bench(); return [b.slot, b.values, b.before.length, b.after.length, $('said').textContent]"
+    )
 
 
 @pytest.fixture
@@ -100,7 +85,6 @@ def test_a_link_brings_the_bench_back(opened: Any) -> None:
     opened.execute_script("chooseBass('fretless'); onBench(() => bench().setAll({action: 0.5, gauge: 10}))")
     link, toml = opened.execute_script("return [location.hash, bench().toml()]")
     assert link == "#like=fretless&action=0.5&gauge=10"
-    opened.get("about:blank")
     open_page(opened, opened.home + link)
     assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == ["fretless", toml, link]
     assert state(opened)[4] == "The bass is as the link says."
@@ -109,29 +93,18 @@ def test_a_link_brings_the_bench_back(opened: Any) -> None:
 
 
 def test_a_bad_link_is_told_in_a_line_and_the_preset_plays(opened: Any) -> None:
-    opened.get("about:blank")
     open_page(opened, f"{opened.home}#like=slap&action=%3Cb%3E")
     slot, values, *_, said = state(opened)
     assert (slot, values) == ("A", {})
     assert said == "the link says action = <b>: it must be from -2 to 3 mm. The bass is unchanged."
     assert opened.execute_script("return $('bass').value") == "jazz-finger"
-    begin(opened)
-
-
-def test_what_others_added_to_a_link_is_ignored_and_said(opened: Any) -> None:
-    link = "#like=jazz-finger&action=-0.5&fbclid=IwAR1&utm_source=mail"
-    check_link(link, *ON_PAGE)
-    opened.get("about:blank")
-    open_page(opened, opened.home + link)
-    assert state(opened)[1] == {"action": -0.5}
-    assert state(opened)[4] == "The bass is as the link says. Ignored: fbclid, utm_source."
+    start_sound(opened)
 
 
 def test_links_and_presets_hold_the_playing_as_plugins_do(opened: Any, tmp_path: Path) -> None:
     played = {"blend": 0.5, "velocity_curve": -0.25, "hand_position": 7, "avoid_open": 1, "humanise_time": 12}
     link = "like=jazz-finger&" + "&".join(f"{symbol}={value}" for symbol, value in played.items())
     check_link(link, *ON_PAGE)
-    opened.get("about:blank")
     open_page(opened, f"{opened.home}#{link}")
     assert opened.execute_script("return movedControls()") == played
     texts = opened.execute_script("return arguments[0].map(symbol => $(`${symbol}-text`).textContent)", list(played))
@@ -139,7 +112,6 @@ def test_links_and_presets_hold_the_playing_as_plugins_do(opened: Any, tmp_path:
     file = tmp_path / "mine.toml"
     file.write_text(opened.execute_script("return bench().toml(movedControls())"))
     assert dict(load_preset(str(file)).played) == played
-    opened.get("about:blank")
     open_page(opened, opened.home)
     assert opened.execute_script("return movedControls()") == {}
     opened.find_element("id", "preset-file").send_keys(str(file))
@@ -155,24 +127,18 @@ def test_a_link_from_another_version_of_its_bass_says_so(opened: Any) -> None:
     for other, reported in ((made, ""), ("0" * 8, f" {says}")):
         link = f"#like=slap&action=-0.5&made={other}"
         check_link(link, *ON_PAGE)
-        opened.get("about:blank")
         open_page(opened, opened.home + link)
         assert state(opened)[1] == {"action": -0.5} and state(opened)[4] == f"The bass is as the link says.{reported}"
 
 
 def test_a_message_is_in_sight_wherever_the_page_is_scrolled(opened: Any) -> None:
-    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
-        opened.get("about:blank")
+    with resize(opened, 390, 844):
         open_page(opened, f"{opened.home}#like=jazz-finger&action=99")
         for y in (0, 1e6):
             opened.execute_script("scrollTo(0, arguments[0])", y)
             said = opened.find_element("id", "said")
             box = opened.execute_script("return $('said').getBoundingClientRect().toJSON()")
             assert "action = 99" in said.text and 0 <= box["top"] < box["bottom"] <= 844 and box["right"] <= 390
-    finally:
-        opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_the_chosen_bass_is_there_again_after_a_reload(opened: Any) -> None:
@@ -182,14 +148,6 @@ def test_the_chosen_bass_is_there_again_after_a_reload(opened: Any) -> None:
     assert opened.execute_script("return [$('bass').value, location.hash, bench().changed]") == [
         "slap", "#like=slap", False,
     ]  # fmt: skip
-
-
-def test_a_link_from_this_computer_alone_says_how_to_open_it(opened: Any) -> None:
-    opened.execute_script(f"{COPIED}; onBench(() => bench().setAll({{action: -0.5}})); $('link').click()")
-    wait(lambda: "livebass page --link" in state(opened)[4])
-    link = "like=jazz-finger&action=-0.5&" + opened.execute_script(MADE_HERE)
-    assert opened.execute_script("return copied") == link
-    check_link(link, *ON_PAGE)
 
 
 def test_undo_redo_reset_and_two_benches(opened: Any) -> None:
@@ -235,7 +193,7 @@ def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -
 
 def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any) -> None:
     """A dragged slider is heard while the note rings: basses in between carry it on, and the newest value wins."""
-    begin(opened)
+    start_sound(opened)
     opened.execute_script(
         "pluckWith(STROKES.find(one => one.symbol === 'pick')); window.rang = []; const [first] = player.names.keys();"
         "player.on('report', ({bass, peak}) => { if (bass !== first) rang.push(peak); })"
@@ -257,20 +215,17 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     wait(lambda: opened.execute_script("return rang.length") > 5)
     assert max(opened.execute_script("return rang")[2:]) > 1e-3, "the note rings on"
     assert opened.execute_script("return state.stroke.symbol") == "pick"
-    reported = "const done = arguments[0], {port} = player.node, old = port.onmessage;"
-    reported += (
-        "port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
-    )
-    wait(
-        lambda: opened.execute_async_script(reported) == ["pick", 0]
-    )  # the page informs the new bass once it learns of it
+    reported = "const done = arguments[0], {port} = player.node, old = port.onmessage; port.onmessage = e =>"
+    reported += "{ old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
+    # the page informs the new bass once it learns of it
+    wait(lambda: opened.execute_async_script(reported) == ["pick", 0])
     heights = opened.execute_script("return bassCalled('jazz-finger').strings[0].heights[11]")
     assert heights == pytest.approx(-1.2e-3, abs=1e-9)
     opened.execute_script("release('test')")
 
 
 def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened: Any) -> None:
-    begin(opened)
+    start_sound(opened)
     bass = opened.execute_script("return [...player.names.keys()]")
     opened.execute_script("onBench(() => bench().setAll({fret: 7, fret_height: 1.5, action: -1.9}))")
     wait(lambda: "stands" in opened.find_element("id", "said").text)
@@ -313,9 +268,7 @@ def test_a_preset_that_a_page_or_a_plugin_saved_opens(opened: Any, tmp_path: Pat
 
 
 def test_fingers_have_room_on_a_phone(opened: Any) -> None:
-    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-    opened.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
+    with resize(opened, 390, 844):
         open_page(opened, opened.home + "?phone")
         assert not opened.execute_script("return $('bench-fold').open")
         bar = "const {top, bottom} = $('bench').getBoundingClientRect(); return [top, bottom, innerHeight]"
@@ -328,13 +281,11 @@ def test_fingers_have_room_on_a_phone(opened: Any) -> None:
         found += "e => !e.hidden).map(e => [e.id || e.textContent, e.getBoundingClientRect().height])"
         assert all(height >= 44 for _, height in opened.execute_script(found)), opened.execute_script(found)
         assert opened.execute_script("return document.documentElement.scrollWidth") == 390
-    finally:
-        opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) -> None:
     """In silence too: the file of the audio thread's bass equals the saved preset's."""
-    begin(opened)
+    start_sound(opened)
     opened.find_element("id", "power").click()
     wait(lambda: opened.execute_script("return player.context.state === 'suspended'"))
     for action in (-0.2, -0.5, -0.8):
@@ -347,11 +298,8 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     wait(lambda: opened.execute_script("return !building.now && !player.next"))
     opened.execute_script("player.sound()")
     wait(lambda: opened.execute_script("return player.context.state === 'running' && player.names.size === 1"))
-    text = "const bytes = new Uint8Array(player.basses.get([...player.names.keys()][0]).file); let text = '';"
-    text += (
-        "for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));"
-    )
-    found, toml = opened.execute_script(text + "return [btoa(text), bench().toml()]")
+    file = "inBase64(new Uint8Array(player.basses.get([...player.names.keys()][0]).file))"
+    found, toml = opened.execute_script(f"return [{file}, bench().toml()]")
     (tmp_path / "saved.toml").write_text(toml)
     assert "action" in toml and "pickup" not in toml
     assert base64.b64decode(found) == image_file(load_preset(tmp_path / "saved.toml"))

@@ -132,7 +132,6 @@ def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> I
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
     try:
-        driver.get("about:blank")
         open_page(driver, address)
         wait(lambda: driver.execute_script("return !!player.node && player.next === undefined"))
         yield

@@ -8,7 +8,7 @@ import json
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +23,13 @@ from support.browser import (
     chromium,
     errors,
     firefox,
+    look_inside,
     open_page,
     resize,
     saved_file,
     seen_by,
     serve,
+    start_sound,
     wait,
 )
 from support.costs import quick
@@ -74,9 +76,13 @@ def text(driver: Any, name: str) -> str:
 
 
 def start(driver: Any) -> None:
-    driver.find_element("css selector", "h1").click()  # browsers want a gesture
-    driver.execute_script(f"player.sound(); {LOUDEST}")
-    wait(lambda: driver.execute_script("return player.playing"))
+    driver.execute_script(LOUDEST)
+    start_sound(driver)
+
+
+def stop_sound(driver: Any) -> None:
+    driver.find_element("id", "power").click()
+    wait(lambda: driver.execute_script("return player.context.state") == "suspended")
 
 
 # The loudest level that the meter has shown since the last look
@@ -94,6 +100,10 @@ return loudest;
 def hear(driver: Any) -> None:
     """Waits until the meter has shown a loud sound, however short and long ago."""
     wait(lambda: driver.execute_script(LOUDEST) > LOUD)
+
+
+def wait_for_silence(driver: Any) -> None:
+    wait(lambda: text_of(driver, "level-text") == "silent")
 
 
 def chain(driver: Any) -> Any:
@@ -163,7 +173,7 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     choose(browser, "slap")
     wait(lambda: browser.execute_script("return player.playing") == "slap")
     chain(browser).key_up("a").perform()
-    wait(lambda: text_of(browser, "level-text") == "silent")
+    wait_for_silence(browser)
     tap(browser, "s")
     faults = "const [done] = arguments; player.on('report', told => done(told.faults))"
     assert browser.execute_async_script(faults) == 0
@@ -265,11 +275,8 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
 
 def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
     name = page.execute_script("return $('bass').value")
-    page.execute_script(
-        "Object.assign(bassCalled(arguments[0]), arguments[1]); showNeck()",
-        name,
-        bass_data(name, load_preset(name, capo=2)),
-    )
+    with_capo = bass_data(name, load_preset(name, capo=2))
+    page.execute_script("Object.assign(bassCalled(arguments[0]), arguments[1]); showNeck()", name, with_capo)
     dots = "return [...document.querySelectorAll('#neck .inlay')].map(dot => "
     dots += "[+dot.style.gridColumn - 1, dot.classList.contains('two'), dot.nextSibling.textContent])"
     wanted = [[1, False, "3"], [3, False, "5"], [5, False, "7"], [7, False, "9"], [10, True, "12"], [13, False, "15"]]
@@ -366,15 +373,14 @@ def test_controls_panic_and_stop(page: Any) -> None:
     start(page)
     hold(page, "a")
     page.execute_script("$('gain').value = -60; $('gain').oninput()")
-    wait(lambda: text_of(page, "level-text") == "silent")
+    wait_for_silence(page)
     assert text(page, "gain-text") == "silent"
     page.execute_script("$('gain').value = 0; $('gain').oninput()")
     chain(page).key_up("a").key_down("d").perform()
     hear(page)
     page.find_element("id", "panic").click()
-    wait(lambda: text_of(page, "level-text") == "silent")
-    page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return player.context.state") == "suspended")
+    wait_for_silence(page)
+    stop_sound(page)
     assert not page.find_element("id", "power").is_displayed()
     chain(page).key_up("d").perform()
     tap(page, "f")
@@ -439,11 +445,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     for name, sound, says in (
         ("late.wav", late, "Through late.wav."),
         ("stereo.wav", np.stack([late, late], 1), "Through stereo.wav: 2 channels; the left one is played."),
-        (
-            "right.wav",
-            np.stack([0 * late, late], 1),
-            "Through right.wav: 2 channels; the right one is played.",
-        ),
+        ("right.wav", np.stack([0 * late, late], 1), "Through right.wav: 2 channels; the right one is played."),
     ):
         assert give(name, sound) == says
         length, loudest = page.execute_script(f"return {response}")
@@ -528,18 +530,26 @@ def test_a_finger_that_goes_along_a_string_plays_on_there_by_the_left_hand(page:
 
 
 FAKE_MIDI = """
-window.keyboard = {name: "Fake keyboard"};
-Navigator.prototype.requestMIDIAccess = async () => ({inputs: new Map([["0", keyboard]])});
+window.keyboard = {id: "0", name: "Fake keyboard"};
+window.access = {inputs: new Map([["0", keyboard]])};
+Navigator.prototype.requestMIDIAccess = async () => access;
 """
 
 
-def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dict[str, str]) -> None:
+@contextmanager
+def fake_keyboard(browser: Any, address: str) -> Iterator[None]:
+    """The page with a MIDI keyboard that a test plays, connected."""
     with begun_by(browser, FAKE_MIDI):
-        open_page(browser, addresses["disk"])
+        open_page(browser, address)
         start(browser)
         browser.find_element("id", "midi").click()
         wait(lambda: "Fake keyboard" in text(browser, "midi-text"))
         browser.execute_script(SENT)
+        yield
+
+
+def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dict[str, str]) -> None:
+    with fake_keyboard(browser, addresses["disk"]):
 
         def play(*midi: int) -> None:
             message = "keyboard.onmidimessage({timeStamp: performance.now(), data: new Uint8Array(arguments[0])})"
@@ -565,9 +575,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
             play(0x90, key, 100)
             play(0x80, key, 0)
             shows(name)
-        assert [m for m in sent_messages(browser) if m == [0xB0, 9, 0]] == [
-            [0xB0, 9, 0]
-        ]  # the keyboard's; the page sent none
+        assert sent_messages(browser).count([0xB0, 9, 0]) == 1  # the keyboard's; the page sent none
         # the page switches off a chip that a keyboard switched on, and vice versa
         play(0xB0, 9, 20)
         shows("Fingers", "Palm mute")
@@ -601,16 +609,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
 
 
 def test_a_keyboard_that_is_unplugged_leaves_no_note(browser: Any, addresses: dict[str, str]) -> None:
-    with begun_by(browser, FAKE_MIDI):
-        open_page(browser, addresses["disk"])
-        start(browser)
-        browser.execute_script(
-            "keyboard.id = '0'; const access = {inputs: new Map([['0', keyboard]])}; window.access = access;"
-            "Navigator.prototype.requestMIDIAccess = async () => access"
-        )
-        browser.find_element("id", "midi").click()
-        wait(lambda: "Fake keyboard" in text(browser, "midi-text"))
-        browser.execute_script(SENT)
+    with fake_keyboard(browser, addresses["disk"]):
         browser.execute_script(
             "for (const data of [[0x92, 40, 100], [0x92, 43, 100], [0x92, 43, 0]])"
             " keyboard.onmidimessage({timeStamp: performance.now(), data}); access.inputs.clear();"
@@ -629,8 +628,7 @@ def test_dropouts_are_counted_and_a_longer_buffer_is_offered(page: Any) -> None:
         assert text(page, "faults") == says and page.find_element("id", "later").is_displayed() == offered
     page.find_element("id", "later").click()
     wait(lambda: page.execute_script("return document.readyState") == "complete")
-    page.execute_script(INSIDE)
-    wait(lambda: page.execute_script("return player.ready"))
+    look_inside(page)
     assert page.execute_script("return player.context.baseLatency") > 0.015
     page.execute_script("sessionStorage.clear()")
 
@@ -672,10 +670,8 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
     chain(page).key_down("5").key_up("5").perform()  # it stays latched
     assert sent_messages(page) == [] and "Ghost notes" in pressed_techniques(page)
     way(page, "Pick").click()
-    assert sent_messages(page) == [[0x90, 15, 64], [0x80, 15, 64]] and pressed_techniques(page) == {
-        "Pick",
-        "Ghost notes",
-    }
+    assert sent_messages(page) == [[0x90, 15, 64], [0x80, 15, 64]]
+    assert pressed_techniques(page) == {"Pick", "Ghost notes"}
     page.find_element("id", "panic").click()
     assert sent_messages(page) == [[0x80, 10, 64]] and pressed_techniques(page) == {"Pick"}
 
@@ -689,8 +685,7 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     told = "return WAYS.filter(way => way.sent).map(way => way.name)"
     assert page.execute_script(told) == ["Hammer-on", "Let ring"]
     page.execute_script(SENT)
-    page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return player.context.state") == "suspended")
+    stop_sound(page)
     way(page, "Hammer").click()
     page.execute_script("player.sound()")
     wait(lambda: sent_messages(page) == [["everywhere", 64, 127]])  # panic has reset controllers
@@ -715,7 +710,7 @@ def test_a_technique_is_heard(page: Any) -> None:
         chain(page).key_up("a").perform()
         if key:
             chain(page).key_up(key).perform()
-        wait(lambda: text_of(page, "level-text") == "silent")
+        wait_for_silence(page)
     assert levels[1] < levels[0] - 6, levels
 
 
@@ -759,8 +754,7 @@ def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
     page.execute_script(SENT)
-    page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return player.context.state") == "suspended")
+    stop_sound(page)
     page.execute_script("player.send(performance.now(), [0x90, 40, 100])")
     assert page.execute_script("return sent") == []
     page.execute_script("player.sound()")
@@ -905,14 +899,11 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
             keys = page.find_elements("css selector", "#piano button")
             assert len(keys) == 16 and min(key.size["width"] for key in keys) >= MIN_TARGET
-            uncovered = (
-                "const at = [...document.querySelectorAll('#piano .black')].map(e => e.getBoundingClientRect());"
-            )
-            uncovered += "return at.every((r, k) => !k || r.left - at[k - 1].right > 0)"
+            uncovered = "return [...document.querySelectorAll('#piano .black')].map(e => e.getBoundingClientRect())"
+            uncovered += ".every((r, k, all) => !k || r.left - all[k - 1].right > 0)"
             assert page.execute_script(uncovered)
-        inside = (
-            "const r = e => e.getBoundingClientRect(); return [...document.querySelectorAll('button, select, input')]"
-        )
+        inside = "const r = e => e.getBoundingClientRect();"
+        inside += "return [...document.querySelectorAll('button, select, input')]"
         inside += ".filter(e => !e.closest('#stories'))"  # a row to scroll
         inside += ".filter(e => e.offsetParent && (r(e).left < 0 || r(e).right > innerWidth + 2)).map(e => e.outerHTML)"
         assert page.execute_script(inside) == []
@@ -970,8 +961,7 @@ def test_chromium_plays_the_pinned_samples(page: Any, preset: str) -> None:
 
 
 def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Path) -> None:
-    with ExitStack() as stack:
-        fox = stack.enter_context(firefox(tmp_path / "firefox"))
+    with firefox(tmp_path / "firefox") as fox:
         for address in addresses.values():
             fox.get(address)
             fox.run(f"{INSIDE} Promise.resolve('open')")
@@ -1153,9 +1143,8 @@ def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
     pluck(page, 0, 3, 120)
     show_again(page)
     lift(page)
-    page.execute_script(
-        "$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate; $('moment').oninput()"
-    )
+    page.execute_script("$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate")
+    page.execute_script("$('moment').oninput()")
     page.find_element("id", "picture").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
     from PIL import Image
@@ -1357,15 +1346,13 @@ def test_a_song_is_sought_by_bars_looped_slowed_and_paused(page: Any) -> None:
     rate = page.execute_script("return player.context.sampleRate")
 
     def frets() -> list[int]:
-        return [
-            28 + 5 * string + fret - 28
-            for string, fret in np.array(page.execute_script("return heard")).reshape(-1, 3)[:, :2]
-        ]
+        heard = np.array(page.execute_script("return heard")).reshape(-1, 3)
+        return [5 * string + fret for string, fret, _ in heard]
 
     assert frets()[0] == 6, "the third bar begins with the seventh note"
     page.find_element("id", "roll").click()
     assert text(page, "roll") == "Play"
-    wait(lambda: text_of(page, "level-text") == "silent")
+    wait_for_silence(page)
     count = page.execute_script("return heard.length")
     time.sleep(0.7)
     assert page.execute_script("return heard.length") == count, "a pause is silent"
@@ -1420,10 +1407,9 @@ def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(p
         assert page.execute_script("return state.rolls?.begun ?? false") == plays
         assert text(page, "roll") == ("Pause" if plays else "Play")
         if not plays:
-            page.find_element("id", "power").click()
-            wait(lambda: page.execute_script("return player.context.state") == "suspended")
+            stop_sound(page)
     roll.click()
-    wait(lambda: text_of(page, "level-text") == "silent")
+    wait_for_silence(page)
     played = page.execute_script("return heard.length")
     time.sleep(0.8)
     assert page.execute_script("return heard.length") == played

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
-import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import COPIED, MADE_HERE, open_page, wait
+from support.browser import COPIED, MADE_HERE, open_page, serve, start_sound, wait
 
 from livebass import load_preset
 from livebass.web.bench import Source
 from livebass.web.export import export_page, is_page
+from livebass.web.link import check_link
 from livebass.web.modules import text
 from livebass.web.public import ELEMENT
 
@@ -22,25 +20,6 @@ ADDRESS = "https://example.org/bass/"
 
 def export(folder: Path, single: bool, **more: Any) -> Path:
     return export_page({"slap": load_preset("slap")}, folder, single, sources={"slap": Source("slap")}, more=more)
-
-
-class Server:
-    """A server that can be switched off."""
-
-    def __init__(self, folder: Path, port: int = 0) -> None:
-        class Quiet(http.server.SimpleHTTPRequestHandler):
-            def log_message(self, *_: Any) -> None:
-                pass
-
-        self.server = http.server.ThreadingHTTPServer(
-            ("127.0.0.1", port), functools.partial(Quiet, directory=str(folder))
-        )
-        threading.Thread(target=self.server.serve_forever, daemon=True).start()
-        self.address = f"http://127.0.0.1:{self.server.server_port}"
-
-    def close(self) -> None:
-        self.server.shutdown()
-        self.server.server_close()
 
 
 def copied_link(driver: Any, page: str) -> str:
@@ -53,10 +32,7 @@ def copied_link(driver: Any, page: str) -> str:
 def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path: Path) -> None:
     page = export(tmp_path / "page", True, address=ADDRESS)
     html = page.read_text("utf-8")
-    for tag in (
-        '<meta property="og:url" content="https://example.org/bass/">',
-        '<meta name="description" content="An ',
-    ):
+    for tag in (f'<meta property="og:url" content="{ADDRESS}">', '<meta name="description" content="An '):
         assert html.count(tag) == 1
     link = copied_link(browser, page.as_uri())
     assert link == f"{ADDRESS}#like=slap&action=-0.5&" + browser.execute_script(MADE_HERE)
@@ -72,13 +48,13 @@ def test_without_one_a_link_is_a_fragment_with_words_how_to_open_it(browser: Any
     page = export(tmp_path / "page", True)
     assert "og:" not in page.read_text("utf-8")
     link = copied_link(browser, page.as_uri())
-    assert link.startswith("like=slap&action=-0.5&made=")
+    assert link == "like=slap&action=-0.5&" + browser.execute_script(MADE_HERE)
+    check_link(link, {"slap": load_preset("slap")}, {"slap": Source("slap")})
     assert f'others open the link with livebass page --link "{link}"' in browser.find_element("id", "said").text
 
 
 def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tmp_path: Path) -> None:
     page = export(tmp_path / "page", True)
-    browser.get("about:blank")
     open_page(browser, f"{page.as_uri()}?fbclid=IwAR&utm_medium=x#like=slap&action=-0.5&utm_source=mail")
     assert browser.execute_script("return bench().values.action") == -0.5
     said = browser.find_element("id", "said").text
@@ -87,21 +63,17 @@ def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tm
 
 def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) -> None:
     export(tmp_path / "page", False)
-    server = Server(tmp_path / "page")
-    open_page(browser, f"{server.address}/?fbclid=1")
-    wait(lambda: browser.execute_async_script("navigator.serviceWorker.ready.then(() => arguments[0](true))"))
-    server.close()
-    browser.get("about:blank")
-    open_page(browser, f"{server.address}/#like=slap&action=-0.5")
+    with serve(tmp_path / "page") as address:
+        open_page(browser, f"{address}/?fbclid=1")
+        wait(lambda: browser.execute_async_script("navigator.serviceWorker.ready.then(() => arguments[0](true))"))
+    open_page(browser, f"{address}/#like=slap&action=-0.5")
     assert browser.execute_script("return bench().values.action") == -0.5
-    browser.find_element("css selector", "h1").click()
-    browser.execute_script("player.sound()")
-    wait(lambda: browser.execute_script("return player.playing") == "slap")
+    start_sound(browser)
+    assert browser.execute_script("return player.playing") == "slap"
     export(tmp_path / "page", False, address=ADDRESS)
-    again = Server(tmp_path / "page", int(server.address.rpartition(":")[2]))
-    open_page(browser, f"{again.address}/")
-    assert browser.execute_script("return PAGE.address") == ADDRESS, "a newer export is seen at once"
-    again.close()
+    with serve(tmp_path / "page", int(address.rpartition(":")[2])):
+        open_page(browser, f"{address}/")
+        assert browser.execute_script("return PAGE.address") == ADDRESS, "a newer export is seen at once"
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -114,14 +86,13 @@ def test_an_article_shows_the_page_by_an_element(browser: Any, tmp_path: Path, s
         '<!doctype html><title>a</title><script src="bass/embed.js"></script>'
         f'<live-bass page="{name}" link="like=slap&amp;action=-0.5"></live-bass>'
     )
-    server = Server(tmp_path)
-    browser.get(f"{server.address}/article.html")
-    browser.switch_to.frame(browser.find_element("css selector", "live-bass iframe"))
-    wait(lambda: browser.execute_script("return document.body.classList.contains('embed')"))
-    assert browser.execute_script("return location.href") == f"{server.address}/bass/{name}?embed#like=slap&action=-0.5"
-    assert browser.execute_script("return document.documentElement.clientHeight") == 340
-    browser.switch_to.default_content()
-    server.close()
+    with serve(tmp_path) as address:
+        browser.get(f"{address}/article.html")
+        browser.switch_to.frame(browser.find_element("css selector", "live-bass iframe"))
+        wait(lambda: browser.execute_script("return document.body.classList.contains('embed')"))
+        assert browser.execute_script("return location.href") == f"{address}/bass/{name}?embed#like=slap&action=-0.5"
+        assert browser.execute_script("return document.documentElement.clientHeight") == 340
+        browser.switch_to.default_content()
 
 
 def test_a_chosen_bass_without_a_bench_is_there_again_after_a_reload(browser: Any, tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ STRING, FRET = 0, 3
 @pytest.fixture
 def page(browser: Any, whole: str) -> Iterator[Any]:
     """The fresh page after a hard note; any error in it fails the test."""
-    browser.get("about:blank")
     open_page(browser, whole)
     browser.find_element("css selector", "h1").click()
     browser.execute_script(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import INSIDE, chromium, open_page, serve, wait
+from support.browser import chromium, look_inside, open_page, serve, wait
 
 from livebass import load_preset
 from livebass.plugin.instrument import image_file
@@ -18,15 +18,7 @@ from livebass.web.export import export_page
 
 EARLIER = {"neck.relief": "0.5 mm", "player.hardest": 2.5}
 LINK = "like=slap&tone=-0.5&revision=1"
-FILE = """
-const [done] = arguments;
-(async () => {
-  const bytes = new Uint8Array(await player.fileOf("slap"));
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-  done(btoa(text));
-})();
-"""
+FILE = "const [done] = arguments; player.fileOf('slap').then(file => done(inBase64(new Uint8Array(file))))"
 
 
 @pytest.fixture(scope="module")
@@ -55,10 +47,7 @@ def opened(images: Any, request: Any, tmp_path_factory: pytest.TempPathFactory) 
 
 def open_link(driver: Any, address: str, link: str) -> str:
     """Opens a link; returns what the page says."""
-    driver.get("about:blank")
-    driver.get(f"{address}#{link}")
-    driver.execute_script(INSIDE)
-    wait(lambda: driver.execute_script("return player.ready"))
+    open_page(driver, f"{address}#{link}")
     return str(driver.execute_script("return $('said').textContent"))
 
 
@@ -77,8 +66,7 @@ def test_an_earlier_revision_plays_until_the_present_one_is_taken(opened: Any, i
     assert image(driver) == found[1] != found[2] and newer(driver).is_displayed()
     assert driver.execute_script("return location.hash") == "#like=slap&revision=1"
     driver.refresh()
-    driver.execute_script(INSIDE)
-    wait(lambda: driver.execute_script("return player.ready"))
+    look_inside(driver)
     assert image(driver) == found[1]
     newer(driver).click()
     wait(lambda: driver.execute_script("return !building.now"))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import COPIED, MADE_HERE, errors, open_page, wait
+from support.browser import COPIED, MADE_HERE, errors, open_page, start_sound, wait
 
 from livebass import load_preset
 from livebass.web.bench import Source
@@ -25,11 +25,14 @@ def no_errors(browser: Any) -> Iterator[None]:
     assert not errors(browser)
 
 
+def open_sounding(browser: Any, address: str) -> None:
+    open_page(browser, address)
+    browser.execute_script(COPIED)
+    start_sound(browser)
+
+
 def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) -> None:
-    open_page(browser, whole)
-    browser.find_element("css selector", "h1").click()
-    browser.execute_script(f"{COPIED}; player.sound()")
-    wait(lambda: browser.execute_script("return player.playing"))
+    open_sounding(browser, whole)
     browser.execute_script(
         "pluckWith(STROKES.find(({symbol}) => symbol === 'pick')); const now = performance.now();"
         "for (const [begin, key, velocity, length] of arguments[0]) {"
@@ -42,7 +45,6 @@ def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) ->
     made = browser.execute_script(MADE_HERE)
     assert link == f"like=jazz-finger&action=-0.5&riff={riff}&stroke=pick&{made}"
     check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
-    browser.get("about:blank")
     open_page(browser, f"{whole}#{link}")
     assert browser.execute_script("return [bench().values.action, state.stroke.symbol]") == [-0.5, "pick"]
     browser.execute_script("window.heard = []; player.on('sight', ({notes}) => heard.push(...notes))")
@@ -54,11 +56,7 @@ def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) ->
 
 
 def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> None:
-    browser.get("about:blank")
-    open_page(browser, whole)
-    browser.find_element("css selector", "h1").click()
-    browser.execute_script(f"{COPIED}; player.sound()")
-    wait(lambda: browser.execute_script("return player.playing"))
+    open_sounding(browser, whole)
     browser.execute_script("press('test', 31, 127, performance.now())")
     wait(lambda: browser.execute_script("return kept.note"))
     browser.execute_script("release('test'); $('again').click()")
@@ -68,19 +66,10 @@ def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> N
     link = wait(lambda: browser.execute_script("return window.copied"))
     assert f"&moment=0.31.127.{1000 * moment:.0f}" in link
     check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
-    browser.get("about:blank")
     open_page(browser, f"{whole}#{link}")
     wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
     shown, after = browser.execute_async_script(DRAWN)
     assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
     assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm
-    browser.get("about:blank")
     open_page(browser, f"{whole}#like=jazz-finger&moment=9.31.127.5")
     wait(lambda: "the link's moment is not shown" in browser.find_element("id", "said").text.lower())
-
-
-def test_a_bad_riff_is_told_and_not_offered(browser: Any, whole: str) -> None:
-    browser.get("about:blank")
-    open_page(browser, f"{whole}#like=jazz-finger&riff=0.28.90")
-    assert "the link's riff cannot be read" in browser.find_element("id", "said").text
-    assert not browser.find_element("id", "riff").is_displayed()

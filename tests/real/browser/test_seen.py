@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 import pytest
-from support.browser import INSIDE, open_page, resize, seen_by, wait
+from support.browser import look_inside, open_page, resize, seen_by, start_sound, wait
 from support.song import midi_file, song_of
 
 MOVES = "return [see.replay !== undefined, see.replay?.at ?? 0, player.context.state, $('seen').textContent]"
@@ -20,8 +20,7 @@ def page(browser: Any, whole: str) -> Any:
     browser.get("about:blank")
     browser.get_log("browser")
     browser.get(whole)
-    browser.execute_script(INSIDE)
-    wait(lambda: browser.execute_script("return player.ready"))
+    look_inside(browser)
     return browser
 
 
@@ -39,8 +38,7 @@ const sparks = id => {
 
 
 def pixels(driver: Any, canvas: str) -> list[int]:
-    found: list[int] = driver.execute_script(f"{SPARKS}; return sparks(arguments[0])", canvas)
-    return found
+    return list(driver.execute_script(f"{SPARKS}; return sparks(arguments[0])", canvas))
 
 
 def test_it_opens_with_a_moving_string_that_hits_frets_before_any_gesture(page: Any) -> None:
@@ -111,9 +109,7 @@ look();
 
 
 def test_the_shortest_tap_plucks_a_note_that_sounds_and_is_drawn(page: Any) -> None:
-    page.find_element("css selector", "h1").click()  # browsers want a gesture
-    page.execute_script("player.sound()")
-    wait(lambda: page.execute_script("return player.playing"))
+    start_sound(page)
     for string, fret in ((0, 9), (1, 5), (2, 7), (3, 3)):
         at, sparks = page.execute_async_script(TAP, string, fret)
         assert at == fret and sparks > 4
@@ -121,9 +117,7 @@ def test_the_shortest_tap_plucks_a_note_that_sounds_and_is_drawn(page: Any) -> N
 
 
 def test_a_second_tap_is_not_cut_by_the_end_of_the_first(page: Any) -> None:
-    page.find_element("css selector", "h1").click()
-    page.execute_script("player.sound()")
-    wait(lambda: page.execute_script("return player.playing"))
+    start_sound(page)
     sent = page.execute_async_script(
         "const [done] = arguments, sent = [], begin = performance.now();"
         "player.on('sent', ([status, note], time) => {"
@@ -153,25 +147,20 @@ def test_neck_side_view_last_note_and_bench_are_in_one_view(page: Any) -> None:
         assert page.execute_script(crowns) == pytest.approx(page.execute_script(wires), abs=0.5)
 
 
-def test_an_embedded_page_is_neck_side_view_action_and_replay(browser: Any, whole: str) -> None:
-    size = {"width": 600, "height": 340, "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-    try:
-        browser.get("about:blank")
-        open_page(browser, f"{whole}?embed#like=jazz-finger&action=-1.4")
-        wait(lambda: browser.execute_script("return see.replay !== undefined"))
+def test_an_embedded_page_is_neck_side_view_action_and_replay(page: Any, whole: str) -> None:
+    with resize(page, 600, 340):
+        open_page(page, f"{whole}?embed#like=jazz-finger&action=-1.4")
+        wait(lambda: page.execute_script("return see.replay !== undefined"))
         shown = "return [...document.querySelectorAll('main :is(canvas, input, select, output, button:not(#neck *))')]"
         shown += ".filter(e => e.checkVisibility() && e.clientWidth).map(e => e.id || e.textContent)"
-        assert browser.execute_script(shown) == ["strings", "side", "again", "1.00 mm", "bench-action"]
+        assert page.execute_script(shown) == ["strings", "side", "again", "1.00 mm", "bench-action"]
         for name in ("neck", "seen", "side", "again", "bench-action"):
-            box = browser.execute_script("return $(arguments[0]).getBoundingClientRect().toJSON()", name)
+            box = page.execute_script("return $(arguments[0]).getBoundingClientRect().toJSON()", name)
             assert 0 <= box["top"] < box["bottom"] <= 340 and 0 <= box["left"] < box["right"] <= 600, (name, box)
-        assert browser.execute_script("return [bench().values.action, $('said').textContent]") == [-1.4, ""]
-        tall = browser.execute_script("return $('neck').clientHeight")
-        browser.execute_script("chooseBass(paperBass().name)")  # it has one string
-        assert browser.execute_script("return $('neck').clientHeight") == pytest.approx(tall, abs=2)
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        assert page.execute_script("return [bench().values.action, $('said').textContent]") == [-1.4, ""]
+        tall = page.execute_script("return $('neck').clientHeight")
+        page.execute_script("chooseBass(paperBass().name)")  # it has one string
+        assert page.execute_script("return $('neck').clientHeight") == pytest.approx(tall, abs=2)
 
 
 def test_a_note_is_told_with_hits_that_a_busy_machine_reports_late(page: Any) -> None:

@@ -29,7 +29,6 @@ def step(page: Any, count: int) -> tuple[str, list[int]]:
 
 
 def test_the_first_story_shows_what_it_says(page: Any, whole: str) -> None:
-    page.get("about:blank")
     open_page(page, whole)
     assert not page.find_element("id", "story").is_displayed()
     wait(lambda: page.execute_script("return state.repeats"))  # the page's first note, until somebody asks for more
@@ -62,7 +61,6 @@ def test_the_first_story_shows_what_it_says(page: Any, whole: str) -> None:
 
 
 def test_a_link_opens_a_step_in_silence(page: Any, whole: str) -> None:
-    page.get("about:blank")
     open_page(page, f"{whole}#story=buzz&step=3")
     said, frets = step(page, 3)
     assert len(frets) > 40 and "fret buzz" in said
@@ -75,7 +73,6 @@ def test_a_link_opens_a_step_in_silence(page: Any, whole: str) -> None:
 
 def test_a_dead_spot_dies_first(page: Any, whole: str) -> None:
     """The second story's claim: the fundamental of fret 6 fades twice as fast as that of fret 5."""
-    page.get("about:blank")
     open_page(page, f"{whole}#story=paper&step=2")
     step(page, 2)
     sounds, rate = page.execute_async_script(

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 from support.jack import wait_for
-from support.live import OFF, ON
+from support.live import OFF, ON, waiting_messages
 
 from livebass.live.midi import MidiPort, port_names
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import ALSA_CLIENTS
-from livebass.live.thread.ring import pop_messages, unread
+from livebass.live.thread.ring import pop_messages
 
 pytestmark = pytest.mark.skipif(
     not Path("/dev/snd/seq").exists(), reason="there is no ALSA sequencer here: /dev/snd/seq"
@@ -62,10 +62,6 @@ def played() -> Iterator[tuple[Synth, MidiPort]]:
     port = MidiPort(synth, None, 64)
     yield synth, port
     port.close()
-
-
-def waiting_messages(synth: Synth) -> list[list[int]]:
-    return [message for _, *message in unread(synth.rings[0])]
 
 
 def virtual_port() -> str:

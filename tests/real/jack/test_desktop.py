@@ -16,7 +16,8 @@ import pytest
 import soundfile
 from support.command import BASS, NOTE, song
 from support.costs import quick
-from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
+from support.jack import PATIENCE, livebass, playing, wait_for, wait_for_log, wait_for_take
+from support.jack import end as end_of_play
 from support.needs import tool
 
 from livebass.sound.analysis import fundamental
@@ -116,8 +117,7 @@ def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
     arguments = ("--file", tune, "--record", tmp_path / "take.wav", "--log", log, "--block", 512, "--latency", "50ms")
     with pipewire(), pulse("pipewire-pulse"):
         assert does("pactl", "load-module", "module-null-sink", "sink_name=speakers")
-        process = livebass("play", *arguments, under="pw-jack")
-        try:
+        with playing(*arguments, under="pw-jack") as process:
             says("--latency: PipeWire decides that itself", "livebass, 48000 Hz, about 10.7 ms", process=process)
             wait_for_take(tmp_path / "take.wav", 1.5)
             for rate in (96000, 48000):
@@ -128,10 +128,7 @@ def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
             says("speakers Audio/Sink sink is gone", process=process)
             assert does("pactl", "load-module", "module-null-sink", "sink_name=headphones")
             says("playing into headphones Audio/Sink sink", process=process)
-            process.send_signal(signal.SIGINT)
-            _, err = process.communicate(timeout=PATIENCE)
-        finally:
-            process.kill()
+            err = end_of_play(process, signal.SIGINT)
     assert process.returncode == 0 and "Traceback" not in err, err
     assert sorted(file.name for file in tmp_path.glob("*.wav")) == ["take-48000.wav", "take-96000.wav", "take.wav"]
     for file in tmp_path.glob("*.wav"):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
+from support.command import python
 from support.jack import PATIENCE
 from support.places import TOOLS
 
@@ -21,10 +19,7 @@ endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
 def checks(seconds: float, warm_up: float, cycles: int) -> list[str]:
     """The lines of the checks, from a process that ended in order."""
     program = PROGRAM.format(seconds=seconds, warm_up=warm_up, cycles=cycles)
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=TOOLS, capture_output=True, text=True, timeout=4 * PATIENCE, check=False,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )  # fmt: skip
+    done = python(program, cwd=TOOLS, timeout=4 * PATIENCE)
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
     assert "Traceback" not in done.stderr, done.stderr
     return [line for line in done.stdout.splitlines() if line.startswith(("ok: ", "FAILED: "))]

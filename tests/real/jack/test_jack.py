@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,10 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.jack import JACK_PERIOD, JACK_RATE, PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
+from support.command import python
+from support.jack import JACK_PERIOD, JACK_RATE, PATIENCE, end, playing, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, offline
 from support.needs import HANGUP
-from support.places import TESTS
+from support.song import midi_file, song_of
 
 from livebass import load_preset
 from livebass.lab.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
@@ -119,24 +118,13 @@ def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) ->
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, HANGUP])
 def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_path: Path, number: int) -> None:
-    take = tmp_path / "take.wav"
-    log = tmp_path / "log"
-    song = tmp_path / "song.mid"
-    mido = pytest.importorskip("mido")
-    track = mido.MidiTrack([mido.Message("program_change", program=33)])
-    for note in (28, 33, 38, 43) * 20:
-        track += [mido.Message("note_on", note=note, velocity=120), mido.Message("note_off", note=note, time=200)]
-    midi = mido.MidiFile()
-    midi.tracks.append(track)
-    midi.save(song)
-    process = livebass("play", "--backend", "jack", "-p", "slap", "--file", song, "--record", take, "--log", log)
-    try:
+    take, log, song = (tmp_path / name for name in ("take.wav", "log", "song.mid"))
+    song.write_bytes(midi_file(song_of([28, 33, 38, 43] * 20, 200)))
+    arguments = ("--backend", "jack", "-p", "slap", "--file", song, "--record", take, "--log", log)
+    with playing(*arguments) as process:
         wait_for_log(log, "playing", process=process)
         wait_for_take(take, 1.0)
-        process.send_signal(number)
-        _, err = process.communicate(timeout=PATIENCE)
-    finally:
-        process.kill()
+        err = end(process, number)
     assert process.returncode == 0, err
     sound, rate = soundfile.read(take)
     assert rate == RATE and len(sound) > RATE // 2
@@ -161,9 +149,8 @@ def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleN
 def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
     """PortAudio's JACK host, captured by another client; in its own process, as PortAudio looks for JACK once."""
     program = f"""
-import os, sys
+import os
 import numpy as np
-sys.path.insert(0, {str(TESTS)!r})
 from support.jack import wait_for
 from support.live import QUICK, offline
 from livebass import load_preset
@@ -198,9 +185,7 @@ output.close()
 os._exit(0)
 """
     for _ in range(20):  # other work on the machine costs the server periods
-        done = subprocess.run(
-            [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE, check=False
-        )
+        done = python(program, timeout=PATIENCE)
         if done.stdout.strip() != "disturbed":
             break
     assert done.stdout.strip() == "same", done.stdout + done.stderr[-2000:]
@@ -210,16 +195,14 @@ os._exit(0)
 def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp_path: Path, backend: str) -> None:
     """The server is stopped by SIGSTOP: every call to it hangs."""
     take, log = tmp_path / "take.wav", tmp_path / "log"
-    process = livebass("play", "--backend", backend, "--record", take, "--log", log)
-    try:
+    with playing("--backend", backend, "--record", take, "--log", log) as process:
         wait_for_log(log, "playing", process=process)
         wait_for_take(take, 0.6)
         server.process.send_signal(signal.SIGSTOP)
-        time.sleep(1.0)
-        process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=PATIENCE)
-    finally:
-        server.process.send_signal(signal.SIGCONT)
-        process.kill()
+        try:
+            time.sleep(1.0)
+            err = end(process, signal.SIGTERM)
+        finally:
+            server.process.send_signal(signal.SIGCONT)
     assert "Traceback" not in err and "played" in err
     assert soundfile.info(take).frames > RATE // 2

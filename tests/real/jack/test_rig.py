@@ -13,6 +13,7 @@ import pytest
 from support.jack import wait_for
 from support.live import QUICK, played_on, session_of
 from support.remote import Remote
+from support.song import midi_file, song_of
 from support.terminal import InTerminal
 
 from livebass import load_preset
@@ -69,47 +70,38 @@ def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) 
         looker.close()
 
 
-def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_path: Path) -> None:
+def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, lend: Any, tmp_path: Path) -> None:
     """The keys of a file, MIDI learn by a key, the control socket, and the remembered settings."""
-    mido = pytest.importorskip("mido")
     pytest.importorskip("pythonosc")
-    track = mido.MidiTrack([mido.Message("program_change", program=36)])
-    for k in range(40):
-        track += [mido.Message("note_on", note=30 + k % 5), mido.Message("note_off", note=30 + k % 5, time=480)]
-    midi = mido.MidiFile()
-    midi.tracks.append(track)
-    midi.save(tmp_path / "song.mid")
+    (tmp_path / "song.mid").write_bytes(midi_file(song_of([30 + k % 5 for k in range(40)], 480, program=36)))
     arguments = (
         "--file", tmp_path / "song.mid", "--loop", "1s:2s", "--learn", "tone=74", "--record", tmp_path / "take.wav",
         "--record-midi", tmp_path / "take.mid", "--osc", free_port(),
     )  # fmt: skip
-    terminal = InTerminal("play", "--quality", "live", "--backend", "jack", *arguments, columns=160)
-    try:
-        terminal.wait("file: k pause")
-        terminal.wait("OSC at 127.0.0.1:")
-        terminal.wait("loop 0:01 to 0:02")
-        remote = Remote(arguments[-1])
-        assert remote.ask("bass") == "slap"
-        remote.send("meters")
-        meters = dict(remote.hear() for _ in range(20))
-        assert meters["meter/preset"] == ["slap"] and 0 < meters["meter/position"][0] < 2.1
-        terminal.type("k")
-        terminal.wait("paused")
-        assert remote.ask("rolling") == 0
-        terminal.type("<")
-        terminal.wait("tempo 95%")
-        terminal.type("f")
-        wait_for(lambda: remote.ask("loop") == -1)
-        terminal.type("\\")
-        terminal.wait("MIDI learn: move a control for gain")
-        terminal.type("k\t")
-        terminal.wait(", quality live")
-        terminal.type("\x03")
-        terminal.wait("played ")
-        terminal.wait("")
-        assert terminal.process.wait(60) == 0
-    finally:
-        terminal.close()
+    terminal = lend(InTerminal("play", "--quality", "live", "--backend", "jack", *arguments, columns=160))
+    terminal.wait("file: k pause")
+    terminal.wait("OSC at 127.0.0.1:")
+    terminal.wait("loop 0:01 to 0:02")
+    remote = Remote(arguments[-1])
+    assert remote.ask("bass") == "slap"
+    remote.send("meters")
+    meters = dict(remote.hear() for _ in range(20))
+    assert meters["meter/preset"] == ["slap"] and 0 < meters["meter/position"][0] < 2.1
+    terminal.type("k")
+    terminal.wait("paused")
+    assert remote.ask("rolling") == 0
+    terminal.type("<")
+    terminal.wait("tempo 95%")
+    terminal.type("f")
+    wait_for(lambda: remote.ask("loop") == -1)
+    terminal.type("\\")
+    terminal.wait("MIDI learn: move a control for gain")
+    terminal.type("k\t")
+    terminal.wait(", quality live")
+    terminal.type("\x03")
+    terminal.wait("played ")
+    terminal.wait("")
+    assert terminal.process.wait(60) == 0
     kept = load(settings_file())
     assert kept.controllers == {"tone": 74} and kept.preset not in (None, "slap") and kept.backend is None
     assert f"; {tmp_path / 'take.wav'} and {tmp_path / 'take.mid'}" in " ".join(terminal.shown.split())

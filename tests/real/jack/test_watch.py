@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from support.browser import INSIDE, PATIENCE, chromium, firefox, wait
-from support.jack import livebass
+from support.jack import playing
 from support.song import midi_file, song_of
 from support.watched import watched
 
@@ -38,8 +38,7 @@ def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: P
     song = tmp_path / "song.mid"
     song.write_bytes(midi_file(song_of([28, 33, 38, 43] * 20, 720)))
     arguments = ("--backend", "jack", "-p", "jazz-finger", "--file", song, "--loop")
-    process = livebass("play", "--watch", "--no-settings", *arguments)
-    try:
+    with playing("--watch", "--no-settings", *arguments) as process:
         assert process.stdout
         address = process.stdout.readline().strip()
         with firefox(tmp_path / "profile") as page:
@@ -55,5 +54,3 @@ def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: P
             wait(lambda: "play has ended" in reported("said"))
         _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0 and "Traceback" not in said, said
-    finally:
-        process.kill()

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.sweeps import COUNT, finish, has_ended, keep, paused, same, sweeping, swept, until
+from support.jack import wait_for
+from support.sweeps import COUNT, finish, has_ended, keep, paused, same, sweeping, swept
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
         process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address, pause=2))
         paused(process)
         victim.kill()
-        until(lambda: has_ended(victim))
+        wait_for(lambda: has_ended(victim))
         assert len(keep(directory)) == 2 < COUNT
         process.send_signal(signal.SIGCONT)
         assert f"to compute on {cluster.scheduler_address}" in finish(process)

@@ -18,13 +18,15 @@ import numpy as np
 import pytest
 import soundfile
 from support import lv2, vst3
-from support.clap import RELIEF, Plugin, counting_host, function, midi, note_on, struct, value
+from support.clap import RELIEF, Plugin, counting_host, midi, note_on, value
 from support.drag import dropped
 from support.jack import wait_for
 from support.picture import SongView
 from support.plugins import PRESETS, RATE, mono, write_bundle
 from support.screen import Screen, hand, needs_screen, running_screen
+from support.song import midi_file, notes_of
 from support.states import file_of
+from support.structures import function, struct
 from support.window import GUI, WINDOW, Window, different
 
 from livebass import load_preset
@@ -41,8 +43,8 @@ pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reas
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p
 BASS, QUALITY, BEGIN, END = 8, 9, 7, 8
 UI = struct(
-    ("uri", S), ("instantiate", function(P, P, S, S, P, P, P, P)), ("cleanup", function(None, P)),
-    ("port_event", function(None, P, U32, U32, U32, P)), ("extension", function(P, S)),
+    uri=S, instantiate=function(P, P, S, S, P, P, P, P), cleanup=function(None, P),
+    port_event=function(None, P, U32, U32, U32, P), extension=function(P, S),
 )  # fmt: skip
 # px in a window of the usual size; the first slider is the gain's
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
@@ -330,7 +332,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
                 c.addressof(ui), b"urn:livebass:bass", f"{bundle}/".encode(), write, None, c.byref(widget), listed
             )
             assert handle and screen.children() == 1
-            idle = struct(("idle", function(vst3.I32, P))).from_address(
+            idle = struct(idle=function(vst3.I32, P)).from_address(
                 ui.extension(b"http://lv2plug.in/ns/extensions/ui#idleInterface")
             )
             assert idle.idle(handle) == 0
@@ -617,12 +619,7 @@ def test_a_cabinet_and_a_sound_are_dropped_on_the_window(
 def song(folder: Path) -> Path:
     """A MIDI file with a track called Bass."""
     file = folder / "A song.mid"
-    events = [
-        mido.Message(kind, note=key, velocity=90, time=time)
-        for key in (28, 33, 35, 38)
-        for kind, time in (("note_on", 0), ("note_off", 200))
-    ]
-    mido.MidiFile(tracks=[mido.MidiTrack([mido.MetaMessage("track_name", name="Bass"), *events])]).save(file)
+    file.write_bytes(midi_file([mido.MetaMessage("track_name", name="Bass"), *notes_of([28, 33, 35, 38], 200)]))
     return file
 
 

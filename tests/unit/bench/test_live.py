@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command import Run, cli_error, cli_text
+from support.command import Run, cli_text, refusal
 from support.live import bass_of, synth_and_device
 from support.own_basses import load_preset
 
@@ -450,18 +450,18 @@ def test_files_that_cannot_be_written_are_refused_before_the_work(
     command, *arguments = line.split()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(f"livebass.lab.bench.{command}.bench_{command}", work)
-    cli_error(run, "bench", command, *arguments, allowed=(status,))
+    refusal(run, "bench", command, *arguments, status=status)
     assert not os.listdir(tmp_path)
 
 
 def test_a_picture_without_matplotlib(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    err = cli_error(run, "bench", "live", "--plot", tmp_path / "x.png", allowed=(1,))
+    err = refusal(run, "bench", "live", "--plot", tmp_path / "x.png", status=1)
     assert "matplotlib" in err and f"{shlex.quote(sys.executable)} -m pip install" in err
 
 
 def test_a_preset_that_is_not_there(run: Run) -> None:
-    assert "violin" in cli_error(run, "bench", "live", "-p", "violin", allowed=(1,))
+    assert "violin" in refusal(run, "bench", "live", "-p", "violin", status=1)
 
 
 def test_the_worst_case_of_a_tuned_bass_calls_its_strings() -> None:

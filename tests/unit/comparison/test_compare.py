@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, cli_error, cli_text
+from support.command import Run, cli_text, refusal
 from support.places import GROWLY
 
 from livebass.lab.comparison.rows import ROWS
@@ -117,7 +117,7 @@ def bad(folder: Path) -> dict[str, Path]:
 @pytest.mark.parametrize("why", list(range(6)))
 def test_recordings_that_cannot_be_used(run: Run, tmp_path: Path, why: int) -> None:
     said, path = list(bad(tmp_path).items())[why]
-    err = cli_error(run, "compare", path, "-p", "jazz-finger", "--json", tmp_path / "x.json")
+    err = refusal(run, "compare", path, "-p", "jazz-finger", "--json", tmp_path / "x.json")
     assert said in err and str(path) in err
     assert not (tmp_path / "x.json").exists()
 
@@ -136,6 +136,6 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         ([GROWLY, "--technique", "teeth"], "fingers"),
         ([GROWLY, "--seed", "-1"], "must be a whole number from 0"),
     ):
-        err = cli_error(run, "compare", *arguments)
+        err = refusal(run, "compare", *arguments)
         assert why in err, (arguments, err)
     assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command import Run, cli_error, cli_text
+from support.command import Run, cli_text, refusal
 from support.places import GROWLY
 
 from livebass.lab.comparison.telling import FIGURES, NOISE, Group, group, real, tell
@@ -79,7 +79,7 @@ def test_what_cannot_be_told(run: Run, tmp_path: Path) -> None:
         ([GROWLY / "C2_ff_rr1.flac"], "--tell: recordings, fingers has 1 note of 1 pitch; at least 8 notes of 2"),
         ([GROWLY, "-o", tmp_path / "told.html"], "-o: --tell has no page"),
     ):
-        err = cli_error(run, "compare", "--tell", *arguments)
+        err = refusal(run, "compare", "--tell", *arguments)
         assert why in err, (arguments, err)
 
 

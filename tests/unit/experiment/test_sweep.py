@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command import Run, assert_one_clear_line, cli_error
+from support.command import Run, assert_one_clear_line, refusal
 
 from livebass.engine.solve import output_signal, solve_trial
 from livebass.files.whole import Transaction
@@ -114,7 +114,7 @@ def test_bad_input_is_one_line(
     monkeypatch.chdir(tmp_path)
     own = preset_source("jazz-finger")[1].replace('name = "G"', 'name = "G"\nneck.action = "2 mm"')
     (tmp_path / "own.toml").write_text(own)
-    assert words in cli_error(run, "study", "sweep", *SMALL, *arguments, "-o", "d")
+    assert words in refusal(run, "study", "sweep", *SMALL, *arguments, "-o", "d")
     assert [path.name for path in tmp_path.iterdir()] == ["own.toml"]
 
 
@@ -127,7 +127,7 @@ def test_interrupted_before_the_first_point_it_leaves_no_folder(
 
     monkeypatch.setattr("livebass.cli.study._complete", interrupted)
     line = "study", "sweep", "--vary", "pluck.apex=1mm:2mm:3", *SMALL, "-o", tmp_path / "new" / "d"
-    err = cli_error(run, *line, allowed=(130,))
+    err = refusal(run, *line, status=130)
     assert "interrupted, nothing written" in err and not list(tmp_path.iterdir())
     (tmp_path / "new" / "d").mkdir(parents=True)
     (tmp_path / "new" / "mine").touch()
@@ -145,12 +145,12 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     vary = "--vary", "pluck.apex=1mm:2mm:3"
-    err = cli_error(run, "study", "sweep", *vary, *SMALL, "-o", tmp_path / "file", allowed=(1,))
+    err = refusal(run, "study", "sweep", *vary, *SMALL, "-o", tmp_path / "file", status=1)
     assert "is not a directory" in err and (tmp_path / "file").read_text() == "mine"
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
     away = "--scheduler", f"tcp://127.0.0.1:{port}"
-    err = cli_error(run, "study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", *away, allowed=(1,))
+    err = refusal(run, "study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", *away, status=1)
     assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err and not (tmp_path / "d").exists()
 
 

@@ -10,21 +10,9 @@ from pathlib import Path
 import psutil
 import pytest
 from support.command import assert_one_clear_line
+from support.jack import wait_for
 from support.needs import processes
-from support.sweeps import (
-    COUNT,
-    PATIENCE,
-    THREADS,
-    Deadly,
-    finish,
-    has_ended,
-    keep,
-    paused,
-    same,
-    sweeping,
-    swept,
-    until,
-)
+from support.sweeps import COUNT, PATIENCE, THREADS, Deadly, finish, has_ended, keep, paused, same, sweeping, swept
 
 from livebass.lab.experiment.grid import Settings, axis, grid
 from livebass.lab.experiment.workers import compute_points
@@ -42,7 +30,7 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
         workers = paused(process)
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE)
-        until(lambda: all(map(has_ended, workers)))
+        wait_for(lambda: all(map(has_ended, workers)))
     before = keep(directory)
     assert len(before) == 3 and not (directory / "sweep.csv").exists()
     (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as left by a kill during a write
@@ -59,7 +47,7 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
 def test_a_worker_that_is_killed_loses_nothing(undisturbed: Path, tmp_path: Path) -> None:
     directory = tmp_path / "d"
     with sweeping(directory, "--workers", "2") as process:
-        until(lambda: len(keep(directory)) >= 2)
+        wait_for(lambda: len(keep(directory)) >= 2)
         workers = [c for c in psutil.Process(process.pid).children() if "spawn_main" in " ".join(c.cmdline())]
         assert len(workers) == 2
         workers[0].kill()
@@ -74,7 +62,7 @@ def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> N
         os.killpg(process.pid, signal.SIGINT)
         process.send_signal(signal.SIGCONT)
         _, err = process.communicate(timeout=PATIENCE)
-        until(lambda: all(map(has_ended, workers)))
+        wait_for(lambda: all(map(has_ended, workers)))
     said, *error = err.splitlines(keepends=True)
     assert f"{COUNT} to compute with 1 process" in said
     assert_one_clear_line(process.returncode, "".join(error), (130,))

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line, cli_error, cli_text
+from support.command import Run, assert_one_clear_line, cli_text, refusal
 from support.levels import rms
 from support.needs import CLOSED
 from support.quiet import without_noise
@@ -377,7 +377,7 @@ def test_a_pack_with_other_files_in_it_is_kept(quick: list[int], run: Run, tmp_p
     cli_text(run, *SLAP, "pack", "--layers", "1")
     (tmp_path / "pack" / spoilt).write_text("mine")
     before = files(tmp_path)
-    err = cli_error(run, *SLAP, "pack", allowed=(1,))
+    err = refusal(run, *SLAP, "pack", status=1)
     assert "holds other files" in err and files(tmp_path) == before
 
 

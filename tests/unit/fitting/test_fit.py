@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, cli_error
+from support.command import Run, refusal
 from support.costs import of_each_kind
 from support.fits import problem_of, real_notes
 
@@ -331,8 +331,8 @@ def test_bad_input_is_one_line(run: Run, folder: Path, tmp_path: Path, monkeypat
         ((folder, "-o", tmp_path / "no" / "a.toml"), 1, "no directory"),
     ]  # fmt: skip
     for arguments, status, said in cases:
-        err = cli_error(run, "fit", *arguments, allowed=(status,))
+        err = refusal(run, "fit", *arguments, status=status)
         assert said in err, err
     monkeypatch.setitem(__import__("sys").modules, "cmaes", None)
-    assert "fit needs cmaes: " in cli_error(run, "fit", folder, *output, allowed=(1,))
+    assert "fit needs cmaes: " in refusal(run, "fit", folder, *output, status=1)
     assert {p.name for p in tmp_path.iterdir()} == {"empty"}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command import Run, cli_error
+from support.command import Run, refusal
 
 from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.fitting import recording
@@ -72,9 +72,9 @@ def test_without_an_input_there_is_one_line(run: Run, tmp_path: Path, monkeypatc
         raise Lost("Error querying device -1")
 
     monkeypatch.setattr(recording, "sounddevice", lambda: SimpleNamespace(PortAudioError=Lost, InputStream=none))
-    err = cli_error(run, "fit", "--guide", "--record", tmp_path / "d", allowed=(1,))
+    err = refusal(run, "fit", "--guide", "--record", tmp_path / "d", status=1)
     assert "no audio input to record from" in err and not (tmp_path / "d").exists()
-    cli_error(run, "fit", "--record", tmp_path / "d", allowed=(2,))
+    refusal(run, "fit", "--record", tmp_path / "d", status=2)
 
 
 def test_ctrl_c_leaves_the_notes_recorded_so_far(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, cli_error, cli_text
+from support.command import Run, cli_text, refusal
 from support.costs import quick
 from support.own_basses import load_preset
 from support.places import RECORDINGS
@@ -354,7 +354,7 @@ def test_another_tuning(run: Run, tmp_path: Path) -> None:
     bass = load_preset("jazz-finger")
     low = replace(bass.strings[0], open_note=26, tension=142.4)  # D1
     save(tmp_path / "d.wav", noisy(pluck(speaking(low, bass.necks[0], 0), seconds=4.0), 60))
-    err = cli_error(run, "identify", tmp_path / "d.wav", allowed=(1,))
+    err = refusal(run, "identify", tmp_path / "d.wav", status=1)
     assert "more than a semitone" in err and "--note" in err
     arguments = ["--string", "E", "--note", "D1", "--modes", 20, "-o", tmp_path / "drop.toml"]
     cli_text(run, "identify", tmp_path / "d.wav", *arguments)
@@ -409,7 +409,7 @@ def bad_recordings(folder: Path) -> dict[str, Path]:
 def test_recordings_that_cannot_be_used(run: Run, tmp_path: Path, why: str) -> None:
     path = bad_recordings(tmp_path)[why]
     files = sorted(tmp_path.iterdir())
-    err = cli_error(run, "identify", path, "-o", tmp_path / "mine.toml", "--json", tmp_path / "mine.json", allowed=(1,))
+    err = refusal(run, "identify", path, "-o", tmp_path / "mine.toml", "--json", tmp_path / "mine.json", status=1)
     assert why in err and str(path) in err
     assert sorted(tmp_path.iterdir()) == files
 
@@ -430,7 +430,7 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         ([path, "-p", "nothing"], 1, "unknown"),
         ([path, "--start", "3s"], 1, "too short"),
     ):
-        err = cli_error(run, "identify", *arguments, allowed=(status,))
+        err = refusal(run, "identify", *arguments, status=status)
         assert why in err, (arguments, err)
     assert list(tmp_path.iterdir()) == [path]
 
@@ -438,4 +438,4 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
 def test_a_sine_is_no_string(run: Run, tmp_path: Path) -> None:
     t = np.arange(2 * RATE) / RATE
     save(tmp_path / "sine.wav", np.exp(-t) * np.sin(2 * np.pi * 98 * t))
-    assert "1 partial of a string" in cli_error(run, "identify", tmp_path / "sine.wav", allowed=(1,))
+    assert "1 partial of a string" in refusal(run, "identify", tmp_path / "sine.wav", status=1)

@@ -20,7 +20,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, assert_one_clear_line, cli_error, module_paths, python_output, run_python
+from support.command import Run, assert_one_clear_line, module_paths, python_output, refusal, run_python
 from support.costs import quick, slow
 from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
@@ -449,7 +449,7 @@ def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_p
     for path in (tmp_path, tmp_path / "nowhere" / "log", "a\0b"):
         with pytest.raises(OutputError, match="cannot be written"):
             LogFile(Path(path))
-    cli_error(run, "play", "--log", tmp_path / "nowhere" / "log", allowed=(1,))
+    refusal(run, "play", "--log", tmp_path / "nowhere" / "log", status=1)
 
 
 def test_what_libraries_print_is_no_line_of_ours() -> None:
@@ -519,7 +519,7 @@ def test_the_demo_plays_without_a_file_or_a_keyboard(
 
 
 def test_a_demo_and_a_file_are_one_too_many(run: Run) -> None:
-    err = cli_error(run, "play", "--demo", "--file", "song.mid", allowed=(2,))
+    err = refusal(run, "play", "--demo", "--file", "song.mid", status=2)
     assert "--file and --demo" in err
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command import Run, cli_error
+from support.command import Run, refusal
 from support.own_basses import load_preset
 
 from livebass.model import modes
@@ -266,7 +266,7 @@ def test_a_mapping_that_is_none_is_one_clear_line(tmp_path: Path, run: Run, mapp
     (tmp_path / "a.scl").write_text(SCALA)
     if mapping is not None:
         (tmp_path / "a.kbm").write_text(mapping)
-    err = cli_error(run, "render", "--note", "A1", "--temperament", f"{tmp_path / 'a.scl'},{tmp_path / 'a.kbm'}")
+    err = refusal(run, "render", "--note", "A1", "--temperament", f"{tmp_path / 'a.scl'},{tmp_path / 'a.kbm'}")
     assert "a.kbm" in err and says in err and "a.scl:" not in err
 
 
@@ -290,7 +290,7 @@ def test_a_temperament_file_that_is_none_is_one_clear_line(
 ) -> None:
     if text is not None:
         (tmp_path / name).write_text(text)
-    err = cli_error(run, "render", "--note", "A1", "--temperament", tmp_path / name, allowed=(2,))
+    err = refusal(run, "render", "--note", "A1", "--temperament", tmp_path / name, status=2)
     assert f"'--temperament': {tmp_path / name}: " in err and says in err
 
 

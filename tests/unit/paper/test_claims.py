@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command import Run as Command
-from support.command import cli_error
+from support.command import refusal
 
 from livebass.lab.analysis.motion import Solved
 from livebass.lab.paper.claims import expect, runs
@@ -361,7 +361,7 @@ def test_bad_input_is_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("mine")
-    assert words in cli_error(run, "study", "claims", *arguments)
+    assert words in refusal(run, "study", "claims", *arguments)
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 

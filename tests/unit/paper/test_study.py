@@ -17,7 +17,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, cli_error, cli_text
+from support.command import Run, cli_text, refusal
 from support.studies import NAMES, SHORT, shortened
 
 from livebass.engine.solve import solve_trial
@@ -252,11 +252,11 @@ def test_bad_input(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         (["study", "linear", "-o", "file"], "file: is not a directory", 1),
         (["study", "linear", "-o", "d", "--json", "none/a.json"], "there is no directory", 1),
     ):
-        assert says in cli_error(run, *arguments, allowed=(status,))
+        assert says in refusal(run, *arguments, status=status)
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 
 def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    err = cli_error(run, "study", "linear", "-o", tmp_path / "d", allowed=(1,))
+    err = refusal(run, "study", "linear", "-o", tmp_path / "d", status=1)
     assert err.endswith(f"study needs matplotlib: {install('analysis,plots')}\n") and not (tmp_path / "d").exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import Run, cli_error
+from support.command import Run, refusal
 from support.presets import STRING_A, STRING_G, load_text
 
 from livebass import load_preset
@@ -155,4 +155,4 @@ def test_the_commands_take_such_a_file(run: Run, tmp_path: Path) -> None:
     assert "neck.frets" not in out and "# Not set above, so at the default:" in out
     assert "like" not in preset_tables(mine)[1] and "#   output.across" in preset_text(mine)
     mine.write_text('like = "jazz-finger"\n[neck]\naction = "1.5 mm"\nfriction = "1 N/mm"\n')
-    cli_error(run, "presets", "check", mine)
+    refusal(run, "presets", "check", mine)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import soundfile
 from scipy.signal import butter, fftconvolve, sosfilt
-from support.command import Run, cli_error
+from support.command import Run, refusal
 from support.levels import rms
 
 from livebass import load_preset, quality_with, render_to_array, score_of
@@ -206,7 +206,7 @@ def test_what_is_no_response_is_one_line(name: str, run: Run, tmp_path: Path) ->
     sound, rate, says = BAD[name]
     file = tmp_path / f"{name}.wav"
     soundfile.write(file, sound, rate, subtype="DOUBLE")
-    err = cli_error(run, "render", "--note", "A1", "--response", file, "-o", tmp_path / "out.wav")
+    err = refusal(run, "render", "--note", "A1", "--response", file, "-o", tmp_path / "out.wav")
     assert f"{file}: {says}" in err and not (tmp_path / "out.wav").exists()
 
 
@@ -221,7 +221,7 @@ def test_a_missing_file_and_a_file_of_another_kind(run: Run, tmp_path: Path) -> 
         (".", "is a directory"),
         ("pipe", "is not a regular file"),
     ):
-        assert says in cli_error(run, "play", "--response", tmp_path / name)
+        assert says in refusal(run, "play", "--response", tmp_path / name)
 
 
 def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
@@ -241,4 +241,4 @@ def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
 
 @pytest.mark.parametrize("option", [["--compression", "1.1"], ["--drive", "-0.1"], ["--drive", "nan"]])
 def test_knobs_go_from_0_to_1(option: list[str], run: Run) -> None:
-    cli_error(run, "render", "--note", "A1", *option)
+    refusal(run, "render", "--note", "A1", *option)

@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from support.command import Run, cli_error
+from support.command import Run, refusal
 from support.needs import CLOSED
 from support.pages import page_of
 from support.presets import load_text
@@ -73,11 +73,11 @@ def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
     for text in ("", "<!doctype html><title>livebass</title><p>My notes on it.", "livebass " * 20_000):
         mine.write_text(text)
         for single in ([], ["--single"]):
-            err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, *single, allowed=(1,))
+            err = refusal(run, "export", "web", "-p", "slap", "-o", tmp_path, *single, status=1)
             assert "holds other files, such as livebass.html" in err and mine.read_text() == text
     mine.unlink()
     mine.mkdir()
-    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path, "--single", allowed=(1,))
+    refusal(run, "export", "web", "-p", "slap", "-o", tmp_path, "--single", status=1)
     assert mine.is_dir()
 
 
@@ -114,26 +114,26 @@ def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments, says, allowed",
+    "arguments, says, status",
     [
-        (["-p", "sla", "-o", "page"], "sla", (1, 2)),
-        (["-p", "slap"], "'-o'", (2,)),
-        (["slap", "-o", "page"], "name presets with -p", (2,)),
-        (["-p", "slap", "slap", "-o", "page"], "two basses called slap", (2,)),
-        (["-p", "slap", "-o", "page", "-q", "reference"], "'live', 'studio'", (2,)),
-        (["-p", "slap", "-o", "file"], "file: is not a directory", (1,)),
-        (["-p", "slap", "-o", "file/page"], "file", (1,)),
-        (["-p", "slap", "-o", "other"], "other: holds other files, such as mine.txt", (1,)),
+        (["-p", "sla", "-o", "page"], "sla", None),
+        (["-p", "slap"], "'-o'", 2),
+        (["slap", "-o", "page"], "name presets with -p", 2),
+        (["-p", "slap", "slap", "-o", "page"], "two basses called slap", 2),
+        (["-p", "slap", "-o", "page", "-q", "reference"], "'live', 'studio'", 2),
+        (["-p", "slap", "-o", "file"], "file: is not a directory", 1),
+        (["-p", "slap", "-o", "file/page"], "file", 1),
+        (["-p", "slap", "-o", "other"], "other: holds other files, such as mine.txt", 1),
     ],
 )
 def test_bad_input(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str, allowed: tuple[int, ...]
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str, status: int | None
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "mine.txt").touch()
-    assert says in cli_error(run, "export", "web", *arguments, allowed=allowed)
+    assert says in refusal(run, "export", "web", *arguments, status=status)
     assert names(tmp_path) == ["file", "other/mine.txt"]
 
 
@@ -143,7 +143,7 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
     export_page({"slap": load_preset("slap")}, basses.parent)
     (basses / "mine.wav").touch()
     for mine in (basses / "mine.wav", basses):
-        err = cli_error(run, "export", "web", "-p", "slap", "-o", basses.parent, allowed=(1,))
+        err = refusal(run, "export", "web", "-p", "slap", "-o", basses.parent, status=1)
         assert "holds other files" in err and mine.is_file()
         if mine != basses:
             shutil.rmtree(basses)
@@ -151,7 +151,7 @@ def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None
 
 
 def test_a_folder_that_cannot_be_written(run: Run) -> None:
-    assert "cannot be written" in cli_error(run, "export", "web", "-p", "slap", "-o", CLOSED / "page", allowed=(1,))
+    assert "cannot be written" in refusal(run, "export", "web", "-p", "slap", "-o", CLOSED / "page", status=1)
 
 
 def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,7 +159,7 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("livebass.files.whole.os.fsync", full)
-    cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", allowed=(1,))
+    refusal(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", status=1)
     assert names(tmp_path) == []
 
 
@@ -188,7 +188,7 @@ ADDRESS = "https://example.org/bass/"
 
 @pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
 def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
-    err = cli_error(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address, allowed=(2,))
+    err = refusal(run, "export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address, status=2)
     assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
 
 

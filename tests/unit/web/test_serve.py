@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from support.browser import PATIENCE
-from support.command import Run, assert_one_clear_line, cli_error
+from support.command import Run, assert_one_clear_line, refusal
 
 from livebass import load_preset
 from livebass.cli.page import open_address
@@ -188,7 +188,7 @@ def test_what_is_no_link_gets_one_line_before_any_work(
     run: Run, monkeypatch: pytest.MonkeyPatch, link: str, says: str
 ) -> None:
     monkeypatch.setattr("livebass.cli.page.page_ready", lambda: pytest.fail("it works"))
-    assert says in cli_error(run, "page", "-p", "slap", "--no-browser", "--link", link, allowed=(2,))
+    assert says in refusal(run, "page", "-p", "slap", "--no-browser", "--link", link, status=2)
 
 
 def test_links_that_pages_copy_and_the_cases_are_taken() -> None:
@@ -210,4 +210,4 @@ def test_a_port_that_is_taken_and_other_mistakes_get_one_line(run: Run) -> None:
         assert_one_clear_line(status, err)
         assert f"--port {port}" in err and not out
     for bad in (["--port", "70000"], ["-p", "none"], ["-q", "reference"], ["slap"]):
-        cli_error(run, "page", "--no-browser", *bad)
+        refusal(run, "page", "--no-browser", *bad)
