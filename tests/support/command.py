@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from support.places import TESTS
@@ -47,16 +46,6 @@ def rendering_for_long(out: Path) -> Iterator[subprocess.Popen[str]]:
             process.kill()
 
 
-def python(
-    code: str, *arguments: object, env: Mapping[str, str] = MappingProxyType({}), **options: Any
-) -> subprocess.CompletedProcess[str]:
-    """Runs a program, which finds what tests import, in a process of its own with `env` in its environment."""
-    line = [sys.executable, "-c", code, *map(str, arguments)]
-    given = {"capture_output": True, "text": True, "timeout": 600, "check": False} | options
-    paths = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    return subprocess.run(line, env=os.environ | paths | env, **given)
-
-
 def run_python(*arguments: object, env: Mapping[str, object] = {}, **options: Any) -> subprocess.CompletedProcess[str]:
     """Runs Python with `arguments`, and `env` added to its environment; it need not succeed."""
     line = [sys.executable, *map(str, arguments)]
@@ -74,6 +63,13 @@ def python_output(*arguments: object, **options: Any) -> str:
 def module_paths(*first: Path) -> dict[str, str]:
     """The environment in which another Python finds the modules that this one finds, those in `first` before others."""
     return {"PYTHONPATH": os.pathsep.join([*map(str, first), str(TESTS), *filter(None, sys.path)])}
+
+
+def python(
+    code: str, *arguments: object, env: Mapping[str, object] = {}, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """Runs a program, which finds what tests import, by `run_python`."""
+    return run_python("-c", code, *arguments, env=module_paths() | dict(env), **{"timeout": 600} | options)
 
 
 @contextmanager
