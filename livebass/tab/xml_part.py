@@ -584,7 +584,7 @@ def _technical(element: Any) -> tuple[int | None, int | None]:
     signs = element.findall("notations/technical")
     texts = [next((t.findtext(name) for t in signs if t.findtext(name)), None) for name in ("string", "fret")]
     string, fret = (None if text is None else int(text) for text in texts)
-    if (fret or 0) < 0 or (string or 1) < 1:
+    if (fret is not None and fret < 0) or (string is not None and string < 1):
         raise UnreadableTab(f"is damaged: string {string}, fret {fret}")
     return string, fret
 

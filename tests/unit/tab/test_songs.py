@@ -6,6 +6,7 @@ from fractions import Fraction as F
 from pathlib import Path
 
 import pytest
+from support.musicxml import HEAD, HIGH, TUNING, direction, plain, scored
 from support.tabs import WRITERS as ALL
 from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, play, tab, zip_files
 
@@ -251,19 +252,6 @@ def test_triplets_stay_even_in_a_swung_bar(kind: str) -> None:
     assert times == pytest.approx([0, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1], abs=1e-3)
 
 
-def tuned(*notes: str) -> str:
-    """The tuning of a staff."""
-    return "".join(
-        f'<staff-tuning line="{line}"><tuning-step>{step}</tuning-step><tuning-octave>{octave}</tuning-octave>'
-        "</staff-tuning>"
-        for line, (step, octave) in enumerate(notes, 1)
-    )
-
-
-TUNING, HIGH = tuned("E1", "A1", "D2", "G2"), tuned("E2", "A2", "D3", "G3")
-HEAD = '<score-partwise><part-list><score-part id="P"><part-name>Bass</part-name></score-part></part-list><part id="P">'
-
-
 def in_musicxml(*measures: str, time: str = "4/4") -> Performance:
     """The performance of a bass on two staves, the upper one without tablature; two divisions in a quarter note."""
     beats, unit = time.split("/")
@@ -280,10 +268,6 @@ def low(fret: int, length: int, more: str = "") -> str:
     place = f"<notations><technical><string>4</string><fret>{fret}</fret>{more}</technical></notations>"
     pitch = "<pitch><step>G</step><octave>1</octave></pitch>"
     return f"<note>{pitch}<duration>{length}</duration><voice>5</voice><staff>2</staff>{place}</note>"
-
-
-def direction(content: str) -> str:
-    return f"<direction><direction-type>{content}</direction-type></direction>"
 
 
 def test_musicxml_that_only_shows_its_tempo_and_its_jumps_is_played_so() -> None:
@@ -316,20 +300,6 @@ def test_musicxml_swings_and_bends_by_steps() -> None:
     assert [s.time for s in strokes] == pytest.approx([0, 1 / 3, 1 / 2, 5 / 6, 1, 2])
     assert strokes[4].bend == ((1.0, 2.0), (1.5, 2.0), (1.5, 2.0), (2.0, 0.0))
     assert strokes[5].bend == ((2.0, 0.0), (3.0, 1.0), (3.0, 1.0), (4.0, 2.0))
-
-
-def plain(step: str, octave: int, length: int, more: str = "") -> str:
-    """A note without a string."""
-    return (
-        f"<note>{more}<pitch><step>{step}</step><octave>{octave}</octave></pitch><duration>{length}</duration></note>"
-    )
-
-
-def scored(*measures: str, attributes: str = "") -> str:
-    """A MusicXML part without tablature, two divisions in a quarter note."""
-    first = f"<attributes><divisions>2</divisions>{attributes}</attributes>"
-    bars = "".join(f"<measure>{first * (k == 0)}{each}</measure>" for k, each in enumerate(measures))
-    return f"{HEAD}{bars}</part></score-partwise>"
 
 
 def metronome(content: str) -> str:
