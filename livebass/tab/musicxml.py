@@ -121,7 +121,7 @@ def _shorten_pieces(parts: Sequence[Part]) -> None:
     Where all measures are short, none is a piece: their rests are missing.
     """
     count = min((len(part.bars) for part in parts), default=0)
-    filled = [max(part.filled[k] for part in parts) for k in range(count)]
+    filled = [max(part.stated[k] for part in parts) for k in range(count)]
     lengths = [max(part.bars[k].length for part in parts) for k in range(count)]
     short = [0 < own < length - ROUNDING for own, length in zip(filled, lengths, strict=True)]
     for is_short, group in groupby(range(count), short.__getitem__):

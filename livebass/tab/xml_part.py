@@ -111,7 +111,7 @@ class _Chord:
     length: Fraction
     notes: list[_Written] = field(default_factory=list)
     graces: list[_Grace] = field(default_factory=list)
-    slashes: int = 0
+    signs: tuple[str, ...] = ()  # of notes that livebass does not play, by name
 
 
 @dataclass
@@ -151,7 +151,9 @@ class Part:
         self.times: dict[int, int] = {}  # how often words tell to play, by the number of their bar
         self.simile = 0  # bars back to the one that sounds
         self.is_free = False  # bars are as long as their notes
-        self.filled: list[Fraction] = []  # length of the notes and rests of each bar
+        self.filled: list[Fraction] = []  # length of the notes and rests of each bar ...
+        self.stated: list[Fraction] = []  # ... without rests that fill any bar
+        self.is_slashed = False  # notes stand for a rhythm
         for measure, after in zip_longest(measures, measures[1:]):
             self._measure(measure, _is_part(after))
         self._find_goals()
@@ -243,8 +245,7 @@ class Part:
 
     def _measure(self, measure: Any, goes_on: bool) -> None:
         """Reads a measure; `goes_on`: the next one is the rest of this one."""
-        at = Fraction(0)
-        end = at
+        at = end = stated = Fraction(0)
         bar = Bar(self.length, self.beat, endings=self.endings, fifths=self.fifths, swing=self.swing)
         voices: dict[str, _Voice] = {}
         self.bars.append(bar)
@@ -255,6 +256,7 @@ class Part:
                 self._attributes(each, bar)
             elif each.tag == "note":
                 at = self._note(each, at, voices)
+                stated = stated if each.find("rest[@measure='yes']") is not None else max(stated, at)
             elif each.tag in ("backup", "forward"):
                 at = max(at + self._duration(each) * (1 if each.tag == "forward" else -1), Fraction(0))
             elif each.tag in ("direction", "sound"):
@@ -262,6 +264,7 @@ class Part:
             elif each.tag == "barline":
                 self._barline(each, bar)
             end = max(end, at)
+            stated = max(stated, at) if each.tag == "forward" else stated
         known = set(filter(None, map(sign_of, signs)))
         bar.signs = frozenset(sign for sign in known if not any(other.startswith(f"{sign} al ") for other in known))
         goes_back = bar.plays > 1 or any(sign in JUMPS for sign in known)
@@ -274,6 +277,7 @@ class Part:
                 voice.chords.append(_Chord(end, Fraction(0), graces=voice.graces))
         self._repeat_simile()
         self.filled.append(end)
+        self.stated.append(stated)
 
     def _repeat_simile(self) -> None:
         """A bar without notes plays an earlier one again, where signs say so."""
@@ -325,6 +329,8 @@ class Part:
             bar.beat, bar.length = self.beat, self.length
         for each in attributes.iterfind("measure-style/measure-repeat"):
             self.simile = int(each.text or 1) if each.get("type") == "start" else 0
+        for each in attributes.iterfind("measure-style/slash"):
+            self.is_slashed = each.get("type") == "start"
         for each in attributes.iterfind("transpose"):
             self.transposes[each.get("number") or ""] = transposition(each)
 
@@ -336,7 +342,8 @@ class Part:
         for sound in direction.iter("sound"):
             if sound.get("tempo"):
                 self.bpm = number(sound.get("tempo"))
-                bar.tempos.append(Tempo(at, self.bpm))
+                own = Fraction(0) if sound is direction else self._offset(sound)
+                bar.tempos.append(Tempo(max(at + own, Fraction(0)), self.bpm))
             self._set_force(here, force_of(sound))
             swing = sound.find("swing")
             if swing is not None:
@@ -443,15 +450,26 @@ class Part:
             shape = next((each.text or "" for each in element.iterfind("notations/fermata")), None)
             if shape is not None:
                 self.bars[-1].holds.append(Hold(self.latest.at, self.latest.length, HOLDS.get(shape.strip(), HOLD)))
-        elif (element.findtext("notehead") or "").strip() == SLASH:
-            self.latest.slashes += 1
+        elif sign := self._lacks(element):
+            self.latest.signs += (sign,)
         return at if chord else at + length
+
+    def _is_slash(self, element: Any) -> bool:
+        """True for a note that only shows a rhythm."""
+        return self.is_slashed or (element.findtext("notehead") or "").strip() == SLASH
+
+    def _lacks(self, element: Any) -> str:
+        """What to call a note that is not played; "" for one that shows another again, and for a rest."""
+        shown = self.staves and staff_of(element) not in self.staves
+        if shown or any(element.find(tag) is not None for tag in ("rest", "cue")):
+            return ""
+        return "slash note" if self._is_slash(element) else "note without a pitch"
 
     def _written(self, element: Any, at: Fraction, length: Fraction, voice: str) -> _Written | None:
         """The note of an element; None for a rest, and for what shows another note again or only a rhythm."""
         if self.staves and staff_of(element) not in self.staves:
             return None
-        if element.find("cue") is not None or (element.findtext("notehead") or "").strip() == SLASH:
+        if element.find("cue") is not None or self._is_slash(element):
             return None
         pitch, place = element.find("pitch"), _technical(element)
         number, higher = (-1, 0.0) if pitch is None else pitch_of(pitch)
@@ -528,14 +546,14 @@ class Part:
         beats: list[Beat] = []
         slurs: set[str] = set()  # that are open
         for chord in voice.chords:
-            beat = Beat(chord.at, chord.length, [], signs=("slash note",) * chord.slashes)
+            beat = Beat(chord.at, chord.length, [], signs=chord.signs)
             before = beats[-1].notes if beats else []
             for written in chord.notes:
                 note = self._made(written)
                 beat.notes.append(note)
                 mark_beat(written.element, beat)
                 slurs = self._slur(written.element, note, before, slurs)
-            if chord.notes or chord.length or chord.slashes:
+            if chord.notes or chord.length or chord.signs:
                 beats.append(beat)
             graces = [
                 (Beat(chord.at, grace.length, list(map(self._made, grace.notes))), grace.on_beat)

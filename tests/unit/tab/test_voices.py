@@ -16,6 +16,7 @@ from livebass.tab.reading import parse
 Written = tuple[float, int, int]  # s, string, fret
 TIE = {"start": '<tie type="start"/>', "stop": '<tie type="stop"/>', "both": '<tie type="stop"/><tie type="start"/>'}
 WHOLE = "<backup><duration>8</duration></backup>"
+RESTS = "<measure><note><rest measure='yes'/><duration>8</duration></note></measure>"
 LONG = "<attributes><time><beats>3</beats><beat-type>4</beat-type></time></attributes>"
 
 
@@ -86,6 +87,11 @@ CASES: dict[str, tuple[str, list[Written]]] = {
     "pieces of two bars, one after the other": (
         scored(note("E1", 8), note("A1", 2), note("D2", 6), note("A1", 4), note("D2", 4), note("G2", 8)),
         [(0, 0, 0), (2, 1, 0), (2.5, 2, 0), (4, 1, 0), (5, 2, 0), (6, 3, 0)],
+    ),
+    "pieces of a bar in which another voice rests by a whole bar": (
+        scored(note("E1", 8), note("A1", 2), note("D2", 6), note("G2", 8)).replace(
+            "</part></score-partwise>", "</part><part id='Q'>" + RESTS * 4 + "</part></score-partwise>"),
+        [(0, 0, 0), (2, 1, 0), (2.5, 2, 0), (4, 3, 0)],
     ),
     "short bars without rests are bars": (
         scored(note("E1", 4), note("A1", 4), note("D2", 4), note("G2", 4)),
@@ -187,11 +193,20 @@ def test_lines_without_a_tuning_are_no_strings(first: int) -> None:
     assert parse(text.encode()).tracks[0].tuning == (28, 33, 38, 43) and written(text) == [(0, 0, 3), (1, 3, 2)]
 
 
-def test_a_snap_pizzicato_pops_and_a_slash_is_counted() -> None:
-    snap = note("A1", 4, notations="<technical><snap-pizzicato/></technical>")
-    slash = note("B2", 4).replace("<voice>", "<notehead>slash</notehead><voice>")
-    found = performance(scored(snap + slash))
-    assert [(s.kind, s.string) for s in found.strokes] == [("pop", 1)] and found.lacks == {"slash note": 1}
+def test_a_snap_pizzicato_pops() -> None:
+    (stroke,) = performance(scored(note("A1", 4, notations="<technical><snap-pizzicato/></technical>"))).strokes
+    assert (stroke.kind, stroke.string) == ("pop", 1)
+
+
+def test_notes_that_only_show_a_rhythm_are_counted() -> None:
+    slash = note("B2", 2).replace("<voice>", "<notehead>slash</notehead><voice>")
+    style = '<attributes><measure-style><slash type="{}"/></measure-style></attributes>'
+    unpitched = "<note><unpitched/><duration>2</duration></note>"
+    found = performance(
+        scored(slash + style.format("start") + note("B2", 2) + style.format("stop") + note("A1", 2) + unpitched)
+    )
+    assert [(s.time, s.string) for s in found.strokes] == [(1, 1)]
+    assert found.lacks == {"slash note": 2, "note without a pitch": 1}
 
 
 @pytest.mark.parametrize(("alter", "key", "bend"), [("0.5", 38, 0.5), ("-0.5", 37, 0.5), ("1.5", 39, 0.5)])
