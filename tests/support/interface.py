@@ -66,8 +66,10 @@ def signature(call: Callable[..., Any]) -> str:
             keys = inspect.getmodule(call).__dict__[listing[1]].__annotations__
             more = f"; {listing[1]}: {', '.join(f'{key}: {text(hint)}' for key, hint in keys.items())}"
         shown.append(one)
-    result = "" if found.return_annotation is found.empty else f" -> {found.return_annotation}"
-    return f"{found.replace(parameters=shown, return_annotation=found.empty)}{result}{more}"
+    result = "" if found.return_annotation is found.empty else found.return_annotation
+    return (
+        str(found.replace(parameters=shown, return_annotation=found.empty)) + (f" -> {result}" if result else "") + more
+    )
 
 
 def text(hint: Any) -> str:
