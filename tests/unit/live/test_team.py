@@ -176,11 +176,14 @@ def follow(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Order]:
     at: list[Order] = []
     synth = SimpleNamespace(team=Team(lambda: at[-1]))
     plain = {name: getattr(helpers, name).py_func for name in ("play_strings", "help_once", "add_to")}
+    native = SimpleNamespace(
+        load_acquire=lambda address: at[-1].load(address),
+        store_release=lambda address, value: at[-1].store(address, value),
+        replace_word=lambda address, old, new: at[-1].replace(address, old, new),
+        record_address=lambda record: getattr(record, "address", 0),
+    )
     for name, value in {
-        "load_acquire": lambda address: at[-1].load(address),
-        "store_release": lambda address, value: at[-1].store(address, value),
-        "replace_word": lambda address, old, new: at[-1].replace(address, old, new),
-        "record_address": lambda record: getattr(record, "address", 0),
+        "native": native,
         "synth_at": lambda address: synth,
         "bass_at": lambda address: address,
         "add_to": plain["add_to"],
