@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -34,7 +35,7 @@ def split(name: str) -> tuple[str, int | None]:
         known = [f"{one}{MARK}1" for one in revisions()]
         raise PresetError(f"{name}: no shipped preset has this name; {nearest(name, known)}")
     last = present(preset)
-    if not number.isascii() or not number.isdigit() or not 1 <= int(number) <= last:
+    if not re.fullmatch(r"[0-9]{1,9}", number) or not 1 <= int(number) <= last:
         found = f"revisions 1 to {last}" if last > 1 else "revision 1 only"
         raise PresetError(f"{name}: {preset} has {found}")
     return preset, int(number)

@@ -29,6 +29,7 @@ SLIPS = tuple(
     )
 )
 PLACE = re.compile(r"\(at line (\d+)")  # in an error of tomllib ...
+DIGITS = "integer string conversion"  # in Python's, for a number of thousands of digits
 NAMES = re.compile(r"\('[^()]*\)")  # ... which may hold a tuple of names
 SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
@@ -125,6 +126,8 @@ def parse(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
 
 def _explain(error: str, text: str) -> str:
     """An error of tomllib in `text`, with what to write in its place if the slip is a common one."""
+    if DIGITS in error:  # advice for programmers
+        return "a number has thousands of digits"
     place = PLACE.search(error)
     line = text.split("\n")[int(place[1]) - 1] if place else ""
     hint = next((f"; {hint}" for slip, hint in SLIPS if slip.search(line)), "")

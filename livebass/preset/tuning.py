@@ -32,7 +32,10 @@ TEMPERAMENTS: dict[str, tuple[float, ...]] = {
 }
 MAX_OFF = 100.0  # cents
 MAPPED = re.compile(r"(.+\.scl)\s*,\s*(.+\.kbm)", re.IGNORECASE)  # a scale and its keyboard mapping
+RATIO = re.compile(r"\d+(?:/\d+)?", re.ASCII)
+MAX_DIGITS = 9  # of a number in a keyboard mapping
 CENTS_ALLOWED = f"cents from {-MAX_OFF:g} to {MAX_OFF:g} for 12 notes, C first, or for each string"
+OCTAVE_MAPPED = f"must map {NOTES} keys to an octave of 1200 cents"
 EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2" or DADG'
 ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(TUNINGS)} or "Eb standard"'
 
@@ -224,12 +227,25 @@ def _scale_steps(text: str) -> list[float]:
     try:
         count = int(lines[0][0])
         for pitch, *_ in lines[1 : 1 + count]:
-            steps.append(float(pitch) if "." in pitch else cents(float(Fraction(pitch))))
+            steps.append(float(pitch) if "." in pitch else cents(float(_ratio(pitch))))
     except (IndexError, ValueError, ArithmeticError):
         raise ValueError("not a scale of Scala") from None
     if count < 1 or len(steps) != count + 1 or not all(map(math.isfinite, steps)):
         raise ValueError("not a scale of Scala")
     return steps
+
+
+def _ratio(text: str) -> Fraction:
+    """A ratio of whole numbers: Fraction itself would also compute 1e99999999. Raises ValueError, ZeroDivisionError."""
+    if not RATIO.fullmatch(text):
+        raise ValueError(text)
+    return Fraction(text)
+
+
+def _whole(text: str) -> int:
+    if len(text) > MAX_DIGITS:
+        raise ValueError(text)
+    return int(text)
 
 
 def _scala(text: str) -> tuple[float, ...]:
@@ -260,20 +276,23 @@ def _map_keys(steps: list[float], text: str) -> tuple[float, ...]:
     """
     words = [line.split()[0] for line in _lines(text) if line.split()]
     try:
-        size, first, last, middle, reference = map(int, words[:5])
-        hertz, octave = float(words[5]), int(words[6])
-        degrees = [None if word in "xX" else int(word) for word in words[7 : 7 + size]]
+        size, first, last, middle, reference = map(_whole, words[:5])
+        hertz, octave = float(words[5]), _whole(words[6])
+        degrees = [None if word in "xX" else _whole(word) for word in words[7 : 7 + size]]
     except (IndexError, ValueError):
         raise ValueError("not a keyboard mapping of Scala") from None
-    if not all(0 <= key <= 127 for key in (first, last, middle, reference)) or first > last or not 0 < hertz < math.inf:
+    keys = first, last, middle, reference
+    if not all(0 <= key <= 127 for key in keys) or first > last or not 0 < hertz / A4_HZ < math.inf:
         raise ValueError("must have keys from 0 to 127, the first not above the last, and a frequency above 0 Hz")
+    if size not in (0, NOTES):
+        raise ValueError(OCTAVE_MAPPED)
     count = len(steps) - 1
     if size == 0:  # the notes of the scale in turn
         size, octave, degrees = count, count, list(range(count))
     degrees += [None] * (size - len(degrees))
     above = [None if d is None else d // count * steps[-1] + steps[d % count] for d in [*degrees, octave]]
     if size != NOTES or above[-1] is None or not _is_octave(above[-1]):
-        raise ValueError(f"must map {NOTES} keys to an octave of 1200 cents")
+        raise ValueError(OCTAVE_MAPPED)
     base = above[(reference - middle) % NOTES]
     if base is None:
         raise ValueError(f"must map its reference key, {reference}")

@@ -98,7 +98,7 @@ def _stored_bass(text: str) -> tuple[str, dict[str, str], str] | None:
     if not isinstance(stored, dict) or not all(isinstance(value, str) for value in stored.values()):
         return None
     number = stored.pop(KEY, "1")
-    if not number.isascii() or not number.isdigit() or int(number) > FORMATS["take"]:
+    if not re.fullmatch(r"[0-9]{1,9}", number) or int(number) > FORMATS["take"]:
         return None
     preset, file = stored.pop("preset", ""), stored.pop("file", "")
     return (preset, stored, file) if preset else None

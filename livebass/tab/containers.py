@@ -14,7 +14,6 @@ from html import unescape
 from itertools import takewhile
 
 from livebass.tab.model import UnreadableTab
-from livebass.tab.needs import damage_error
 
 LARGEST = 24 << 20  # bytes of a score, unpacked
 LARGEST_PACKED = 1 << 20
@@ -35,8 +34,10 @@ def score_in_zip(data: bytes, is_score: Callable[[str], bool]) -> bytes:
             raise UnreadableTab("is a zip archive without a score")
         with archive.open(name) as file:
             found = file.read(LARGEST + 1)
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError) as error:
-        raise damage_error(error, "its archive cannot be read") from None
+    except UnreadableTab:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError):
+        raise UnreadableTab("is damaged: its archive cannot be read") from None
     except RuntimeError:  # a password
         raise UnreadableTab("is locked with a password") from None
     if len(found) > LARGEST:

@@ -24,7 +24,7 @@ from livebass.tab.model import (
     put_graces,
     velocity_of,
 )
-from livebass.tab.needs import checked_reading, exact, number, parsed_xml
+from livebass.tab.needs import checked_reading, exact, number, parsed_xml, whole
 from livebass.tab.order import sign_of
 
 WORDS = {"Long": Fraction(16), "DoubleWhole": Fraction(8), "Whole": Fraction(4), "Half": Fraction(2),
@@ -104,10 +104,10 @@ class _Reader:
     def _track(self, track: Any, staff: int, lengths: Sequence[Bar]) -> Track:
         own = track.find("Staves/Staff")
         properties = _properties(track if own is None else own)
-        tuning = tuple(int(word) for word in _text(properties, "Tuning", ".//Pitches").split())
-        capo = int(_text(properties, "CapoFret", "Fret") or 0)
+        tuning = tuple(whole(word) for word in _text(properties, "Tuning", ".//Pitches").split())
+        capo = whole(_text(properties, "CapoFret", "Fret") or 0)
         places = ("GeneralMidi/Program", "Sounds/Sound/MIDI/Program", "MidiConnection/Program")
-        program = next((int(text) for text in map(track.findtext, places) if text), None)
+        program = next((whole(text) for text in map(track.findtext, places) if text), None)
         midi = track.find("GeneralMidi")
         kind = track.findtext("InstrumentSet/Type") or ("" if midi is None else midi.get("table") or "")
         drums = any(word in kind.lower() for word in ("drum", "perc"))
@@ -122,7 +122,7 @@ class _Reader:
                 continue
             voices = [self._voice(word, opens) for word in (bar.findtext("Voices") or "").split() if word != "-1"]
             bars.append([beats for beats in voices if any(beat.notes for beat in beats)])
-        partial = int(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
+        partial = whole(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
         name, signs = (track.findtext("Name") or "").strip(), ("partial capo",) * partial
         if opens is None:  # a keyboard's
             tuning = place_by_pitch(lengths, bars)
@@ -159,7 +159,7 @@ class _Reader:
             if opens is None and (pitch := _pitch(own)) is not None:
                 made.notes.append(_note(note, own, velocity_of(dynamic), (0, pitch), ()))
             elif opens and _is_placed(own):
-                place = int(_text(own, "String", "String")), int(_text(own, "Fret", "Fret"))
+                place = whole(_text(own, "String", "String")), whole(_text(own, "Fret", "Fret"))
                 made.notes.append(_note(note, own, velocity_of(dynamic), place, opens))
         if beat.find("DeadSlapped") is not None and opens:
             made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
@@ -191,14 +191,14 @@ class _Reader:
             for name in ("PrimaryTuplet", "SecondaryTuplet"):
                 tuplet = rhythm.find(name)
                 if tuplet is not None:
-                    num, den = (int(tuplet.get(key) or tuplet.findtext(key.title())) for key in ("num", "den"))
+                    num, den = (whole(tuplet.get(key) or tuplet.findtext(key.title())) for key in ("num", "den"))
                     length *= Fraction(den, num)
             self.lengths[word] = length
         return self.lengths[word]
 
 
 def _count(dot: Any) -> int:
-    return 0 if dot is None else max(int(dot.get("count") or 1), 0)
+    return 0 if dot is None else max(whole(dot.get("count") or 1), 0)
 
 
 def _properties(element: Any) -> dict[str, Any]:
@@ -220,17 +220,17 @@ def _is_on(properties: dict[str, Any], name: str) -> bool:
 
 
 def _bar(master: Any) -> Bar:
-    numerator, denominator = map(int, master.findtext("Time").split("/"))
+    numerator, denominator = map(whole, master.findtext("Time").split("/"))
     length = Fraction(4 * numerator, denominator)
     repeat = master.find("Repeat")
     signs = [each.text or "" for each in master.iterfind("Directions/*")]
     bar = Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
     if repeat is not None:
         bar.opens = repeat.get("start") == "true"
-        bar.plays = max(int(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
-    bar.endings = frozenset(map(int, (master.findtext("AlternateEndings") or "").split()))
+        bar.plays = max(whole(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
+    bar.endings = frozenset(map(whole, (master.findtext("AlternateEndings") or "").split()))
     bar.swing = SWINGS.get(master.findtext("TripletFeel") or "")
-    bar.fifths = int(master.findtext("Key/AccidentalCount") or 0)
+    bar.fifths = whole(master.findtext("Key/AccidentalCount") or 0)
     bar.name = (master.findtext("Section/Text") or master.findtext("Section/Letter") or "").strip()
     return bar
 
@@ -242,7 +242,7 @@ def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
     for each in bars:
         begins.append(begins[-1] + each.length)
     for each in automations:
-        bar = int(each.findtext("Bar") or 0)
+        bar = whole(each.findtext("Bar") or 0)
         if each.findtext("Type") == "Tempo" and 0 <= bar < len(bars):
             value, unit = (each.findtext("Value") or "").split()
             at = exact(each.findtext("Position") or "0").limit_denominator(1000) * bars[bar].length
@@ -271,9 +271,9 @@ def _is_placed(properties: dict[str, Any]) -> bool:
 def _pitch(properties: dict[str, Any]) -> int | None:
     """The MIDI note of a note without a string, as Guitar Pro 7 or Guitar Pro 6 says it; None: it has none."""
     if "Midi" in properties:
-        return int(_text(properties, "Midi", "Number"))
+        return whole(_text(properties, "Midi", "Number"))
     if "Tone" in properties and "Octave" in properties:
-        return 12 * int(_text(properties, "Octave", "Number")) + int(_text(properties, "Tone", "Step"))
+        return 12 * whole(_text(properties, "Octave", "Number")) + whole(_text(properties, "Tone", "Step"))
     return None
 
 
@@ -281,7 +281,7 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, place: tuple[int
     """A note on the string and fret `place`, on open strings with these MIDI notes."""
     string, _ = place
     made = Note(*place, velocity)
-    tie, accent = note.find("Tie"), int(note.findtext("Accent") or 0)
+    tie, accent = note.find("Tie"), whole(note.findtext("Accent") or 0)
     made.tie = tie is not None and tie.get("destination") == "true"
     made.dead, made.palm = _is_on(properties, "Muted"), _is_on(properties, "PalmMuted")
     made.hammer, made.hammered = _is_on(properties, "HopoOrigin"), _is_on(properties, "HopoDestination")
@@ -290,7 +290,7 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, place: tuple[int
     made.staccato, made.accent = bool(accent & STACCATO), 2 if accent & HEAVY else int(bool(accent & ACCENT))
     made.vibrato = VIBRATO.get(note.findtext("Vibrato") or "", 0.0)
     made.ornament = ORNAMENTS.get(note.findtext("Ornament") or "", "")
-    slides = int(_text(properties, "Slide", "Flags") or 0)
+    slides = whole(_text(properties, "Slide", "Flags") or 0)
     made.slides = frozenset(slide for bit, slide in enumerate(SLIDES) if slides >> bit & 1)
     harmonic = _text(properties, "HarmonicType", "HType")
     if harmonic not in ("", "NoHarmonic"):
@@ -300,7 +300,7 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, place: tuple[int
         made.bend = _curve([_number(properties, f"Bend{name}") for name in POINTS])
     trill = note.findtext("Trill")
     if trill and 0 <= string < len(opens):
-        made.trill = int(trill) - opens[string], _ticks(note, TRILL_TICKS) or TRILL
+        made.trill = whole(trill) - opens[string], _ticks(note, TRILL_TICKS) or TRILL
     return made
 
 
@@ -324,5 +324,5 @@ def _ticks(element: Any, names: Collection[str]) -> Fraction:
     """The length, in quarter notes, in the first of these extended properties; 0: there is none."""
     own = element.iterfind("XProperties/XProperty")
     return next(
-        (Fraction(int(each.findtext("Int") or 0), TICKS) for each in own if each.get("id") in names), Fraction(0)
+        (Fraction(whole(each.findtext("Int") or 0), TICKS) for each in own if each.get("id") in names), Fraction(0)
     )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
+import re
 from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
-from livebass.tab.model import Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track
-from livebass.tab.needs import damage_error, require
+from livebass.tab.model import Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track, UnreadableTab
+from livebass.tab.needs import checked_reading, require
 from livebass.tab.order import sign_of
 
 TECHNIQUES = {"tapping": "tap", "slapping": "slap", "popping": "pop"}
@@ -23,6 +24,7 @@ NODES = {19: 7.0, 24: 5.0, 28: 4.0, 31: 3.2}  # ... unless it sounds so many sem
 AT_FIVE, AT_SEVEN = 24, 19  # PyGuitarPro confuses these two in Guitar Pro 4 files
 QUARTER_TONE = 0.5  # semitones
 BRUSH = Fraction(1, 8)  # quarter notes, without a length of its own
+PLACE = re.compile(r"reading (.+?), got ")  # in an error of PyGuitarPro
 SWINGS = {
     "eighth": model.swing_of(Fraction(2, 3), Fraction(1, 2)),
     "sixteenth": model.swing_of(Fraction(2, 3), Fraction(1, 4)),
@@ -35,7 +37,13 @@ def read_guitarpro(data: bytes) -> Tab:
     try:
         song = guitarpro.parse(io.BytesIO(data))
     except Exception as error:  # of any kind: it reads damaged lengths and numbers as they are
-        raise damage_error(error, "PyGuitarPro cannot read it") from None
+        place = PLACE.match(str(error))
+        raise UnreadableTab(f"is damaged in {place[1] if place else 'its head'}") from None
+    with checked_reading():
+        return _tab(song)
+
+
+def _tab(song: Any) -> Tab:
     bars = [_bar(header) for header in song.measureHeaders]
     if bars:
         bars[0].tempos.append(Tempo(Fraction(0), float(song.tempo)))

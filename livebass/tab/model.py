@@ -18,6 +18,7 @@ SOFTEST, STEP = 15, 16  # velocities of ppp and from mark to mark
 DYNAMICS = ("ppp", "pp", "p", "mp", "mf", "f", "ff", "fff")
 MAX_BARS = 5000  # in a file and as played
 LONGEST = 1024  # quarter notes in a bar
+MAX_NAME = 200  # characters of a track or a section
 HIGHEST_LOWEST = 33  # A1: the lowest string of a bass is no higher
 
 
@@ -161,6 +162,11 @@ class Tab:
 
     bars: list[Bar]
     tracks: list[Track]
+
+
+def shown(text: str) -> str:
+    """The beginning of a name or another text of a file, in one line without control characters."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:MAX_NAME]
 
 
 def put_graces(graces: Sequence[tuple[Beat, bool]], beat: Beat) -> list[Beat]:

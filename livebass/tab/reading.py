@@ -31,7 +31,7 @@ from livebass.tab.context import fill_in
 from livebass.tab.gpif import read_gpif
 from livebass.tab.guitarpro import read_guitarpro
 from livebass.tab.messages import Strings, to_midi
-from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Tab, Track, UnreadableTab
+from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Tab, Track, UnreadableTab, shown
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
 from livebass.tab.rows import Tick, to_rows
@@ -49,6 +49,7 @@ BASSES = {4: "jazz-finger", 5: "five-string", 6: "six-string"}  # by number of s
 GUITARS = range(24, 32)  # programs from 0
 FOURTH = 5  # semitones to a string that the tab does not have
 MAX_TEMPOS = 10_000
+MAX_DIGITS = 9  # of the number of a track
 MAX_NAMED = 8  # tracks in an error
 MAX_SAID = 6  # kinds of what is not played
 AFTER_NOUN = re.compile(r" (?=(?:beyond|on|other|without|to|in|out|off)\b)")  # in the name of a sign
@@ -187,9 +188,11 @@ def parse(data: bytes) -> Tab:
     for number, bar in enumerate(tab.bars, 1):
         if not 0 < bar.length <= LONGEST:
             raise UnreadableTab(f"is damaged: bar {number} has {float(bar.length):g} quarter notes")
+        bar.name = shown(bar.name)
     if sum(len(bar.tempos) + len(bar.holds) for bar in tab.bars) > MAX_TEMPOS:
         raise UnreadableTab(f"has more than {MAX_TEMPOS} tempos and fermatas")
     for track in tab.tracks:
+        track.name = shown(track.name)
         if any(not 0 <= note <= 127 for note in track.tuning):
             raise UnreadableTab("is damaged: a string is tuned beyond the notes of MIDI")
         if _is_written_high(track):
@@ -239,10 +242,11 @@ def _is_written_high(track: Track) -> bool:
 def _choose_track(tab: Tab, wanted: str) -> int:
     """The number of the track to play, from 0: the `wanted` one, or the bass with the most notes."""
     if wanted:
-        named = [n for n, track in enumerate(tab.tracks) if track.name.casefold() == wanted.casefold()]
-        found = [int(wanted) - 1] if wanted.isdecimal() and 0 < int(wanted) <= len(tab.tracks) else named
+        named = [n for n, track in enumerate(tab.tracks) if track.name.casefold() == shown(wanted).casefold()]
+        numbered = int(wanted[:MAX_DIGITS]) - 1 if wanted.isdecimal() else -1
+        found = [numbered] if 0 <= numbered < len(tab.tracks) else named
         if not found:
-            raise UnreadableTab(f"has no track {wanted}; there is {_list_tracks(tab)}")
+            raise UnreadableTab(f"has no track {shown(wanted)}; there is {_list_tracks(tab)}")
         return found[0]
     rules: tuple[Callable[[Track], bool], ...] = (
         _is_bass,

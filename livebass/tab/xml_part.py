@@ -29,7 +29,7 @@ from livebass.tab.model import (
     put_graces,
     velocity_of,
 )
-from livebass.tab.needs import exact, number
+from livebass.tab.needs import exact, number, whole
 from livebass.tab.order import JUMPS, inner_repeats, sign_of
 from livebass.tab.tempos import DEFAULT_TEMPO, FASTEST, SLOWEST
 from livebass.tab.xml_signs import (
@@ -181,10 +181,10 @@ class Part:
 
     def _details(self, details: Any) -> None:
         tunings = {
-            int(tuning.get("line")): pitch_of(tuning, "tuning-")[0] for tuning in details.iterfind("staff-tuning")
+            whole(tuning.get("line")): pitch_of(tuning, "tuning-")[0] for tuning in details.iterfind("staff-tuning")
         }
-        lines = int(details.findtext("staff-lines") or 0) or len(tunings)
-        self.capo = int(details.findtext("capo") or self.capo)
+        lines = whole(details.findtext("staff-lines") or 0) or len(tunings)
+        self.capo = whole(details.findtext("capo") or self.capo)
         if len(DEFAULT_STRINGS) <= len(tunings) < lines:  # lines beyond the strings: only those with a tuning count
             tunings = dict(enumerate((tunings[line] for line in sorted(tunings)), 1))
             lines = len(tunings)
@@ -313,22 +313,22 @@ class Part:
 
     def _attributes(self, attributes: Any, bar: Bar) -> None:
         self.divisions = exact(attributes.findtext("divisions") or str(self.divisions))
-        self.fifths = bar.fifths = int(attributes.findtext("key/fifths") or self.fifths)
+        self.fifths = bar.fifths = whole(attributes.findtext("key/fifths") or self.fifths)
         time = attributes.find("time")  # of the first staff; others have their own, usually the same
         beats, units = list[str](), list[Fraction]()
         if time is not None:
             self.is_free = time.find("senza-misura") is not None
             beats = [each.text or "" for each in time.iterfind("beats")]
-            units = [Fraction(4, int(each.text)) for each in time.iterfind("beat-type")]
+            units = [Fraction(4, whole(each.text)) for each in time.iterfind("beat-type")]
         if beats and units:
             self.beat = min(units)
             rows = zip(beats, units, strict=True)
-            self.length = sum((sum(map(int, text.split("+"))) * unit for text, unit in rows), Fraction(0))
+            self.length = sum((sum(map(whole, text.split("+"))) * unit for text, unit in rows), Fraction(0))
             if not 0 < self.length <= LONGEST or self.beat <= 0:
                 raise UnreadableTab(f"is damaged: a bar of {float(self.length):g} quarter notes")
             bar.beat, bar.length = self.beat, self.length
         for each in attributes.iterfind("measure-style/measure-repeat"):
-            self.simile = int(each.text or 1) if each.get("type") == "start" else 0
+            self.simile = whole(each.text or 1) if each.get("type") == "start" else 0
         for each in attributes.iterfind("measure-style/slash"):
             self.is_slashed = each.get("type") == "start"
         for each in attributes.iterfind("transpose"):
@@ -352,7 +352,7 @@ class Part:
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
         signs.append(words)
         if times := TIMES.fullmatch(words.strip()):
-            self.times[len(self.bars)] = min(int(times[1] or times[2]), MAX_PLAYS)
+            self.times[len(self.bars)] = min(whole(times[1] or times[2]), MAX_PLAYS)
         technique = next((kind for kind, text in TECHNIQUES.items() if text.fullmatch(words.strip())), "")
         stated = direction.find("sound[@tempo]") is not None
         by_words = TEMPO.search(words)
@@ -409,7 +409,7 @@ class Part:
         if repeat is not None and repeat.get("direction") == "forward":
             bar.opens = True
         elif repeat is not None:
-            bar.plays = max(int(repeat.get("times") or 0), 2)
+            bar.plays = max(whole(repeat.get("times") or 0), 2)
             self.counted |= {len(self.bars)} if repeat.get("times") else set()
         if ending is not None:
             bar.endings = self.endings = _endings(ending.get("number") or ending.text or "") or self.endings
@@ -536,7 +536,7 @@ class Part:
             return Track("", self.tuning, self.capo, None, False, voices, self.tabbed, left)
         program, channel = (description.findtext(f"midi-instrument/midi-{name}") for name in ("program", "channel"))
         sound = (description.findtext("score-instrument/instrument-sound") or "").strip()
-        kind = int(program) - 1 if program else SOUNDS.get(sound)
+        kind = whole(program) - 1 if program else SOUNDS.get(sound)
         name = (description.findtext("part-name") or "").strip()
         drums = (channel or "").strip() == PERCUSSION
         return Track(name, self.tuning, self.capo, kind, drums, voices, self.tabbed, left)
@@ -601,7 +601,7 @@ def _technical(element: Any) -> tuple[int | None, int | None]:
     """The string and the fret of a note, where the file has them."""
     signs = element.findall("notations/technical")
     texts = [next((t.findtext(name) for t in signs if t.findtext(name)), None) for name in ("string", "fret")]
-    string, fret = (None if text is None else int(text) for text in texts)
+    string, fret = (None if text is None else whole(text) for text in texts)
     if (fret is not None and fret < 0) or (string is not None and string < 1):
         raise UnreadableTab(f"is damaged: string {string}, fret {fret}")
     return string, fret
@@ -636,7 +636,7 @@ def _endings(text: str) -> frozenset[int]:
     """The passes in a text such as "1, 2", "1.-3." or "1-3"."""
     found: set[int] = set()
     for first, last in re.findall(r"(\d+)\.?(?:\s*-\s*(\d+))?", text):
-        found.update(range(int(first), min(int(last or first), MAX_ENDINGS) + 1))
+        found.update(range(whole(first), min(whole(last or first), MAX_ENDINGS) + 1))
     return frozenset(found)
 
 
@@ -645,7 +645,7 @@ def _words(direction: Any) -> str:
 
 
 def _swing(swing: Any) -> tuple[Fraction, Fraction] | None:
-    first, second = (int(swing.findtext(name) or 0) for name in ("first", "second"))
+    first, second = (whole(swing.findtext(name) or 0) for name in ("first", "second"))
     if first <= 0 or second <= 0:
         return None
     note = Fraction(1, 4) if swing.findtext("swing-type") == "16th" else Fraction(1, 2)

@@ -9,7 +9,7 @@ from typing import Any
 
 from livebass.tab import model
 from livebass.tab.model import Beat, Curve, Note
-from livebass.tab.needs import number
+from livebass.tab.needs import number, whole
 
 STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 TYPES = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8, "16th": 16, "32nd": 32, "64th": 64}
@@ -31,7 +31,7 @@ def written_length(note: Any) -> Fraction:
     length = Fraction(4, TYPES.get((note.findtext("type") or "").strip(), 4)) * (2 - Fraction(1, 2 ** min(dots, 8)))
     if change is None:
         return length
-    actual, normal = (int(change.findtext(f"{name}-notes") or 1) for name in ("actual", "normal"))
+    actual, normal = (whole(change.findtext(f"{name}-notes") or 1) for name in ("actual", "normal"))
     return length * normal / actual
 
 
@@ -39,7 +39,7 @@ def pitch_of(element: Any, prefix: str = "") -> tuple[int, float]:
     """The MIDI note of a pitch or, with the prefix "tuning-", of a string, and what it is higher, 0 to 1 semitone."""
     step, alter, octave = (element.findtext(f"{prefix}{name}") for name in ("step", "alter", "octave"))
     semitones = number(alter or "0")
-    return STEPS[step.strip()] + floor(semitones) + 12 * (int(octave) + 1), semitones - floor(semitones)
+    return STEPS[step.strip()] + floor(semitones) + 12 * (whole(octave) + 1), semitones - floor(semitones)
 
 
 def note_of(element: Any, string: int, fret: int, velocity: int, higher: float) -> Note:
@@ -78,7 +78,7 @@ def transposition(transpose: Any) -> int:
     """Semitones from the written to the sounding pitch."""
     if transpose is None:
         return 0
-    return int(number(transpose.findtext("chromatic") or "0")) + 12 * int(transpose.findtext("octave-change") or 0)
+    return int(number(transpose.findtext("chromatic") or "0")) + 12 * whole(transpose.findtext("octave-change") or 0)
 
 
 def force_of(element: Any) -> int:
@@ -128,7 +128,7 @@ def _mark(note: Note, sign: Any) -> None:
     elif sign.tag in ORNAMENTS:
         note.ornament = ORNAMENTS[sign.tag]
     elif sign.tag == "tremolo" and sign.get("type", "single") in ("single", "unmeasured") and text.isdecimal():
-        note.tremolo = Fraction(1, 2 ** min(int(text) or UNMEASURED, 5))
+        note.tremolo = Fraction(1, 2 ** min(whole(text) or UNMEASURED, 5))
 
 
 def _curve(bends: Sequence[Any]) -> Curve:

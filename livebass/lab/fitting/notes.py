@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -117,7 +118,7 @@ def _string_index(bass: Instrument, string: str) -> int:
     names = [s.name.casefold() for s in bass.strings]
     if string.casefold() in names:
         return names.index(string.casefold())
-    return len(names) - int(string) if string.isdigit() and 1 <= int(string) <= len(names) else -1
+    return len(names) - int(string) if re.fullmatch(r"[0-9]{1,2}", string) and 1 <= int(string) <= len(names) else -1
 
 
 def _of(note: Note) -> str:

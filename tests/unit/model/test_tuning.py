@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -259,6 +260,11 @@ def test_a_scale_with_a_keyboard_mapping(tmp_path: Path) -> None:
         (kbm(*range(12), octave=11), "octave of 1200 cents"),
         (kbm(*range(9), "x", 10, 11), "must map its reference key, 69"),
         (kbm(hertz=400), "within 100 cents"),
+        (kbm(hertz=1e-323), "frequency above 0 Hz"),
+        (kbm(*range(11), 10**400), "not a keyboard mapping"),
+        (kbm(*range(11), "9" * 5000), "not a keyboard mapping"),
+        (kbm(octave=10**400), "not a keyboard mapping"),
+        (kbm().replace("! a mapping\n0", f"! a mapping\n{10**8}"), "must map 12 keys"),
         (None, "no such file"),
     ],
 )
@@ -268,6 +274,15 @@ def test_a_mapping_that_is_none_is_one_clear_line(tmp_path: Path, run: Run, mapp
         (tmp_path / "a.kbm").write_text(mapping)
     err = refusal(run, "render", "--note", "A1", "--temperament", f"{tmp_path / 'a.scl'},{tmp_path / 'a.kbm'}")
     assert "a.kbm" in err and says in err and "a.scl:" not in err
+
+
+@pytest.mark.parametrize("ratio", ["1e99999999", "9" * 5000, f"1/{10**400}", "-3/2", "1/0", "1e400.", "nan", "3/2/1"])
+def test_a_ratio_without_end_is_refused_at_once(tmp_path: Path, ratio: str) -> None:
+    (tmp_path / "w.scl").write_text(SCALA.replace("4/3", ratio))
+    began = time.process_time()
+    with pytest.raises(ValueError, match="not a scale of Scala"):
+        temperament_of_file(str(tmp_path / "w.scl"))
+    assert time.process_time() - began < 1
 
 
 @pytest.mark.parametrize(

@@ -130,3 +130,13 @@ def test_the_tool_gives_a_changed_preset_its_next_revision(monkeypatch: pytest.M
 def test_own_tables_of_an_earlier_one_are_whole(second: None) -> None:
     label, tables = own_tables("jazz-finger@2")
     assert label == "jazz-finger@2" and "like" not in tables and tables["neck"]["relief"] == "0.5 mm"
+
+
+def test_numbers_of_thousands_of_digits_are_one_clear_line(tmp_path: Path) -> None:
+    """Python advises programmers to raise its limit of digits."""
+    with pytest.raises(PresetError, match="slap has revision") as error:
+        load_preset("slap@" + "9" * 5000)
+    (path := tmp_path / "a.toml").write_text('like = "slap"\nformat = ' + "9" * 5000)
+    with pytest.raises(PresetError, match=r"a\.toml: not TOML: a number has thousands of digits$"):
+        load_preset(str(path))
+    assert "digits;" not in str(error.value)

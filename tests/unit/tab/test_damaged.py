@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import random
+import re
 import time
 from collections.abc import Callable
 from fractions import Fraction as F
 from functools import partial
+from math import isfinite
 from pathlib import Path
 
 import pytest
@@ -16,9 +18,12 @@ from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zip_fi
 from livebass.cli.hands import SOUND, Loader
 from livebass.files.kinds import is_tab
 from livebass.score.reading import ScoreError
-from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
+from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo, UnreadableTab
+from livebass.tab.needs import parsed_xml
 from livebass.tab.reading import Arrangement, TabRequest, arrange, table
 
+# Words of Python and of libraries, which tell a player nothing
+FOREIGN = re.compile(r"PyGuitarPro|unpack|literal|NoneType|Error|object|argument|codec|index|Fraction|convert|integer")
 COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
 LONGEST = 5.0  # s
 HARMONIC = {"harmonic": NATURAL, "node": 12.0}
@@ -61,7 +66,7 @@ def miswritten(text: bytes, chance: random.Random) -> bytes:
             digits = [k for k, c in enumerate(parts[at]) if c in NUMBERS]
             if digits:
                 k = chance.choice(digits)
-                number = chance.choice(("", "-1", "0", "99999999999", "1e9", "x", "7"))
+                number = chance.choice(("", "-1", "0", "99999999999", "1e9", "1e400", "nan", "9" * 5000, "x", "7"))
                 parts[at] = parts[at][:k] + number + parts[at][k + 1 :]
         elif what == 2:
             del parts[at : at + 2]
@@ -96,10 +101,13 @@ def test_damage_is_survived_or_said(kind: str) -> None:
             continue
         began = time.process_time()
         try:
-            read(data)
+            song = read(data)
+            score, (midi, _) = song.score(48000), song.exported()
+            assert song.remark.isprintable() and all(map(isfinite, score.frames)) and midi
             count += 1
         except ScoreError as error:
-            assert "\n" not in str(error) and str(error).startswith("a.tab: "), error
+            assert str(error).isprintable() and str(error).startswith("a.tab: "), error
+            assert not FOREIGN.search(str(error)) and len(str(error)) < 500, error
         assert time.process_time() - began < LONGEST, data
     assert count, "some damage is harmless"
 
@@ -120,9 +128,12 @@ def test_too_much_of_anything_is_refused() -> None:
         (b"<note><rest/><duration>1</duration></note>" * 31_000, "notes and rests, more than 30000"),
         (b"<direction/>" * 61_000, "directions, more than 60000"),
         (b"<a/>" * 600_001, "more than 600000 elements"),
-        (b'<sound tempo="nan"/>', "nan is not finite"),
+        (b'<sound tempo="nan"/>', "is damaged: nan is not finite"),
         (b"<note><rest/><duration>1e99999999</duration></note>", "is not finite"),
         (b'<attributes><divisions>' + b"9" * 5000 + b"</divisions></attributes>", "is damaged"),
+        (b"<attributes><staff-details><capo>" + b"9" * 5000 + b"</capo></staff-details></attributes>",
+         "damaged: 9+ is not a whole number"),
+        (b'<a xmlns="' + b"n" * 100_000 + b'">' + b"<b/>" * 500_000 + b"</a>", "namespace of more than 1000"),
     ],
 )  # fmt: skip
 def test_floods_and_endless_numbers_are_refused_at_once(piece: bytes, said: str) -> None:
@@ -130,6 +141,46 @@ def test_floods_and_endless_numbers_are_refused_at_once(piece: bytes, said: str)
     with pytest.raises(ScoreError, match=said) as error:
         read(text)
     assert len(str(error.value)) < 200
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_long_namespaces_and_default_attributes_are_refused_before_they_cost(encoding: str) -> None:
+    """The parser would copy a namespace, and give a default attribute, to each of half a million elements."""
+    head = f'<?xml version="1.0" encoding="{encoding}"?>'
+    elements = "<x:b/>" * 250_000
+    began = time.process_time()
+    long = f'{head}<x:a xmlns:x="{"n" * 100_000}">{elements}</x:a>'
+    with pytest.raises(UnreadableTab, match="a namespace of more than 1000 characters"):
+        parsed_xml(long.encode(encoding))
+    default = f'{head}<!DOCTYPE a [<!ATTLIST b c CDATA "{"n" * 100_000}">]><a>{elements}</a>'
+    with pytest.raises(UnreadableTab, match="declares default attributes"):
+        parsed_xml(default.encode(encoding))
+    assert time.process_time() - began < 1
+    short = f'{head}<!DOCTYPE a [<!ATTLIST a c CDATA #IMPLIED>]><a xmlns="http://of/scores"><b/></a>'
+    assert [each.tag for each in parsed_xml(short.encode(encoding)).iter()] == ["a", "b"]
+
+
+def test_what_a_damaged_guitar_pro_file_says_is_its_place() -> None:
+    whole = WRITERS["gp5"](PIECE)
+    with pytest.raises(ScoreError, match=r"^a\.tab: is damaged in track 1, measure \d, voice \d, beat \d$"):
+        read(whole[: len(whole) - 100])
+    with pytest.raises(ScoreError, match=r"^a\.tab: is damaged in its head$"):
+        read(whole[:60])
+
+
+def test_names_in_a_file_are_shown_in_one_line() -> None:
+    """A score of the MusicXML working group, ActorPreludeSample, has parts called "1\\n2"."""
+    piece = tab(beats(note(0, 3)), name="Bass\n\x1b[31m 1\t2" + 20 * "x")
+    song = read(WRITERS["gp5"](piece))
+    assert song.remark.isprintable() and len(song.remark) < 250, song.remark
+    text = as_musicxml(tab(beats(note(0, 3)), name="NAME")).replace(b"NAME", b"Bass\n1\n 2")
+    assert read(text).remark == 'plays track 1 "Bass 1 2", 1 note'
+    assert read(text, "Bass 1\n2").remark == read(text, "1").remark == read(text).remark
+
+
+def test_a_track_without_end_is_not_there() -> None:
+    with pytest.raises(ScoreError, match="has no track 9999"):
+        read(WRITERS["gp5"](PIECE), "9" * 5000)
 
 
 def test_a_bar_of_thirds_is_played() -> None:

@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 import pytest
 from support.browser import PATIENCE
 from support.command import Run, assert_one_clear_line, refusal
+from support.jack import wait_for
 
 from livebass import load_preset
 from livebass.cli.page import open_address
@@ -26,7 +27,7 @@ from livebass.system.interrupts import StopFlag
 from livebass.web.bench import Source
 from livebass.web.export import page_files
 from livebass.web.link import check_link
-from livebass.web.serve import HOST, OPENS, PageLost, PageServer
+from livebass.web.serve import HOST, MAX_OPENING, OPENS, PageLost, PageServer
 
 FILES = {"index.html": b"<!doctype html>", "basses/a b.lbass": b"\0\1", "livebass.wasm": b"\0asm", "app.js": b"1"}
 PAGE = (sys.executable, "-m", "livebass", "page", "-p", "slap")
@@ -211,3 +212,101 @@ def test_a_port_that_is_taken_and_other_mistakes_get_one_line(run: Run) -> None:
         assert f"--port {port}" in err and not out
     for bad in (["--port", "70000"], ["-p", "none"], ["-q", "reference"], ["slap"]):
         refusal(run, "page", "--no-browser", *bad)
+
+
+def answer_to(server: PageServer, *pieces: bytes) -> bytes:
+    """The status line of the answer to what is sent, "" without one."""
+    with socket.create_connection((HOST, server._server.server_port), timeout=PATIENCE) as client:
+        for piece in pieces:
+            client.sendall(piece)
+        return client.recv(1 << 16).split(b"\r\n")[0]
+
+
+def head_of(server: PageServer, *lines: str) -> bytes:
+    """The head of a request that opens a file."""
+    host = f"{HOST}:{server._server.server_port}"
+    head = (f"POST /{OPENS}?name=a.gp5 HTTP/1.1", f"Host: {host}", f"Origin: http://{host}", *lines, "", "")
+    return "\r\n".join(head).encode()
+
+
+@pytest.fixture
+def opener(monkeypatch: pytest.MonkeyPatch) -> Iterator[PageServer]:
+    """A server that opens files, and waits shortly."""
+    monkeypatch.setattr("livebass.web.serve.PATIENCE", 4.0)
+    with PageServer(FILES, opens=lambda data, name: {"size": len(data)}) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("lines", "body", "status"),
+    [
+        (("Content-Length: 3",), b"abc", 200),
+        (("Content-Length: 003",), b"abc", 200),
+        ((), b"", 411),
+        (("Transfer-Encoding: chunked",), b"ffffff\r\n" + b"a" * 0xFFFFFF + b"\r\n", 411),
+        (("Content-Length: 3", "Transfer-Encoding: chunked"), b"abc", 411),
+        (("Content-Length: -3",), b"abc", 400),
+        (("Content-Length: many",), b"abc", 400),
+        (("Content-Length: 3", "Content-Length: 4"), b"abcd", 400),
+        (("Content-Length: 30",), b"abc", 400),
+        (("Content-Length: 99999999",), b"a" * 0xFFFFFF, 413),
+        (("Content-Length: " + "9" * 5000,), b"abc", 413),
+        (("Content-Length: 3", *("X: " + "a" * 60_000,) * 3), b"abc", 431),
+        (("Content-Length: 3", "X: " + "a" * 70_000), b"abc", 431),
+        (("Content-Length: 3", *("X: a",) * 200), b"abc", 431),
+    ],
+)
+def test_bodies_and_heads_of_any_length_get_an_answer(
+    opener: PageServer, lines: tuple[str, ...], body: bytes, status: int
+) -> None:
+    assert answer_to(opener, head_of(opener, *lines), body).split()[1] == str(status).encode()
+
+
+def test_many_slow_clients_end_and_others_get_the_page(opener: PageServer) -> None:
+    def drip() -> None:
+        with socket.create_connection((HOST, opener._server.server_port), timeout=PATIENCE) as client:
+            try:
+                for byte in head_of(opener, "Content-Length: 9", "X: " + "a" * 1000):
+                    client.sendall(bytes([byte]))
+                    time.sleep(0.02)
+            except OSError:
+                ended.append(time.monotonic() - began)
+
+    ended, began = list[float](), time.monotonic()
+    slow = [threading.Thread(target=drip) for _ in range(40)]
+    for thread in slow:
+        thread.start()
+    with urllib.request.urlopen(opener.address, timeout=PATIENCE) as answer:
+        assert answer.read() == FILES["index.html"]
+    for thread in slow:
+        thread.join()
+    assert len(ended) == 40, "the server ends them, although each sends on"
+
+
+def test_too_many_connections_and_files_are_told_to_come_later(
+    opener: PageServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opener._server, "_free", threading.Semaphore(3))
+    there = [socket.create_connection((HOST, opener._server.server_port)) for _ in range(3)]  # accepted in this order
+    assert answer_to(opener, head_of(opener)).split()[1] == b"503"
+    assert threading.active_count() < 50
+    for client in there:
+        client.close()
+
+    def is_served() -> bool:
+        try:
+            with urllib.request.urlopen(opener.address, timeout=PATIENCE) as answer:
+                return bool(answer.read() == FILES["index.html"])
+        except urllib.error.HTTPError:
+            return False
+
+    wait_for(is_served)
+
+
+def test_few_files_are_opened_at_once(opener: PageServer) -> None:
+    there = [socket.create_connection((HOST, opener._server.server_port)) for _ in range(MAX_OPENING)]
+    for client in there:
+        client.sendall(head_of(opener, "Content-Length: 9"))
+    wait_for(lambda: answer_to(opener, head_of(opener, "Content-Length: 3"), b"abc").split()[1] == b"503")
+    for client in there:
+        client.close()
