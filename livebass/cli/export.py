@@ -263,28 +263,37 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @export.command()
 @click.argument("tab", type=PATH)
 @file_option("-o --output", "MIDI file to write.  [default: the name of TAB, in the current directory]")
+@flag("--plain", "For notation and other synthesizers: without key switches and without controllers of livebass.")
 @preset_option("The bass that plays it.  [default: by the strings and the program of the track]")
 @hands_options
 @effects_options
 @tab_options
 @tuning_options
-def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> None:
+def midi(tab: Path, output: Path | None, plain: bool, preset: str | None, **options: Any) -> None:
     """Write a tablature as a MIDI file.
 
     Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
     the tempos, time signatures and section names of the tablature. What the key map has no key for is left out and
-    counted. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there.
+    counted. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there. For other
+    programs each channel has a General MIDI program and a bend range of 12 semitones. Hosts may send the program to the
+    plugin, which then plays on that program's bass: remove it if you chose another.
+
+    With --plain notes have the pitch that sounds, all on channel 1; only a note that bends, slides or fades while
+    another one sounds has a channel of its own. Slides and bends move the pitch wheel, and the goal of a slide begins
+    as it arrives. Vibrato is the modulation wheel. Notes of the left hand and dead notes are softer; dead notes last 60
+    ms, palm-muted ones up to 200 ms. Slaps, pops, taps and the pick's direction are plain notes.
 
     \b
     Examples:
       livebass export midi song.gp5
+      livebass export midi song.gp5 --plain -o for-musescore.mid
       livebass export midi song.gp --track Bass --bars 9-16 -o riff.mid
     """
     from livebass.cli.song import AUTO, Song
     from livebass.files.whole import Transaction
 
     wanted = TabOptions.from_options(options, options)
-    data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arrangement().exported()
+    data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arrangement().exported(plain)
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")

@@ -402,6 +402,7 @@ def _head(pack: Pack) -> list[str]:
         f" {RELEASE_NEPERS * 20 / math.log(10):.0f} dB in the time of ampeg_release.",
         "",
         "<control>",
+        "set_cc7=127",  # volume: sfizz and others begin at 100, which is -4.2 dB
         f"default_path={FOLDER}/",
         "<global>",
         f"loop_mode=no_loop ampeg_release={release:.4g} amp_veltrack=100 bend_up={bend} bend_down={-bend}",

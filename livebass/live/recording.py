@@ -156,7 +156,6 @@ class Recorder(Take):
 MAX_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
 Given = Callable[[str], Mapping[str, str]]  # the options that change a preset, by name
-FINGER = 34  # General MIDI program, counted from 1, for a bass without one
 
 
 class MidiRecorder(Take):
@@ -241,7 +240,9 @@ class MidiRecorder(Take):
             named = os.path.abspath(preset) if is_path(preset) else with_revision(preset)
             text = text_of(named, self.given(preset), self._files.get(preset, ""))
             events.append((tick, mido.MetaMessage("text", text=text)))
-            events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]
+            events += [
+                (tick, mido.Message("program_change", channel=c, program=program_of(preset) - 1)) for c in channels
+            ]
         for tick, status, first, second in played:
             if status < STATUS:
                 events.append((tick, mido.MetaMessage("text", text=text_of_stroke(status, first, second))))
@@ -258,8 +259,3 @@ class MidiRecorder(Take):
         file = io.BytesIO()
         mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
         return file.getvalue()
-
-
-def _program(preset: str) -> int:
-    """The program, as sent, that chooses `preset`; an electric bass if there is none."""
-    return (program_of(preset) or FINGER) - 1

@@ -13,6 +13,7 @@ PROGRAMS = {
 }
 
 
-def program_of(preset: str) -> int | None:
-    """Returns the first program, counted from 1, that chooses `preset`; None if none does."""
-    return next((number for number, name in PROGRAMS.items() if name == preset), None)
+def program_of(preset: str) -> int:
+    """Returns the first program, counted from 1, that chooses `preset`; if none does, an electric bass."""
+    numbers = {name: number for number, name in reversed(PROGRAMS.items())}
+    return numbers.get(preset, numbers[DEFAULT])

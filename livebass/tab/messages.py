@@ -14,6 +14,7 @@ from typing import NamedTuple
 import mido
 from mido import Message, MetaMessage
 
+from livebass.kernels.player.controls import DATA, DATA_FINE, RPN, RPN_FINE
 from livebass.rows import techniques
 from livebass.score.reading import TAKE
 from livebass.tab import moves, perform
@@ -21,6 +22,10 @@ from livebass.tab.model import Bar
 from livebass.tab.tempos import TICKS, Tempos, nearest_tick
 
 MODE_4 = 126  # a controller
+# Controllers that set the range of a channel's wheel: RPN 0, and then none, which no later data can change
+WHEEL_CONTROLLERS = (
+    (RPN, 0), (RPN_FINE, 0), (DATA, round(moves.WHEEL_RANGE)), (DATA_FINE, 0), (RPN, 127), (RPN_FINE, 127)
+)  # fmt: skip
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial
 ARTIFICIAL = {2: "artificial", 3: "artificial_12th", 4: "artificial_15th"}  # techniques by partial
 TECHNIQUE_CC, DYNAMICS_CC = techniques.LEARNED + techniques.TECHNIQUE, techniques.LEARNED + techniques.DYNAMICS
@@ -28,6 +33,7 @@ PALM_CC, SLIDE_CC, SLIDE_TIME_CC, FADE_CC = (
     techniques.FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "slide_time", "expression")
 )
 PALM = techniques.FUNCTION_ROWS["palm_mute"].pressed
+Event = tuple[int, int, Message | MetaMessage]  # tick, rank among those of a tick, message
 LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
 
@@ -56,6 +62,7 @@ class Strings:
     opens: Sequence[int]  # notes of the open strings, lowest first
     frets: int
     switches: Mapping[str, int]  # keys, by the symbols of techniques
+    program: int  # of General MIDI, from 1, for other programs
 
 
 def to_midi(
@@ -74,16 +81,19 @@ def to_midi(
         writer.control(0.0, DYNAMICS_CC, round(127 * part))
     for stroke, after in moves.following(performance.strokes):
         writer.play(stroke, after)
-    file = mido.MidiFile(ticks_per_beat=TICKS)
-    file.tracks += [_conductor(performance, bars, texts), writer.track()]
-    out = io.BytesIO()
+    return file_of(conductor(performance, bars, (TAKE, *texts)), writer.track()), writer.lacks
+
+
+def file_of(*tracks: mido.MidiTrack) -> bytes:
+    """A Standard MIDI File."""
+    file, out = mido.MidiFile(ticks_per_beat=TICKS, tracks=tracks), io.BytesIO()
     file.save(file=out)
-    return out.getvalue(), writer.lacks
+    return out.getvalue()
 
 
-def _conductor(performance: perform.Performance, bars: Sequence[Bar], texts: Iterable[str]) -> mido.MidiTrack:
+def conductor(performance: perform.Performance, bars: Sequence[Bar], texts: Iterable[str] = ()) -> mido.MidiTrack:
     """The track with texts, tempos, time signatures and names of sections."""
-    events = [(0, 0, MetaMessage("text", text=text)) for text in (TAKE, *texts)]
+    events = [(0, 0, MetaMessage("text", text=text)) for text in texts]
     events += [(nearest_tick(at), 1, MetaMessage("set_tempo", tempo=us)) for at, us in performance.tempos.steps]
     last: tuple[int, int] | None = None
     for begin, number in performance.bars:
@@ -96,10 +106,10 @@ def _conductor(performance: perform.Performance, bars: Sequence[Bar], texts: Ite
         if bar.name:
             events.append((at, 2, MetaMessage("marker", text=bar.name.encode("ascii", "replace").decode())))
     end = [(nearest_tick(performance.end), 3, MetaMessage("end_of_track"))]
-    return _track([*events, *end])
+    return track_of([*events, *end])
 
 
-def _track(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> mido.MidiTrack:
+def track_of(events: Iterable[Event]) -> mido.MidiTrack:
     """A track of (tick, rank, message), in any order."""
     track, last = mido.MidiTrack(), 0
     for tick, _, message in sorted(events, key=lambda event: event[:2]):
@@ -108,17 +118,35 @@ def _track(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> mido.Mid
     return track
 
 
+def beginning(program: int, channels: Iterable[int], *between: Event) -> list[Event]:
+    """The track's name, and what other programs need before the notes of `channels`: program and range of the wheel.
+
+    `between`: events behind the programs, which come first: @tonejs/midi 2.0.28 moves controllers that stand before a
+    program to channel 1.
+    """
+    at = (0, moves.CONTROL)
+    name = MetaMessage("track_name", name="Bass")
+    programs = [Message("program_change", channel=channel, program=program - 1) for channel in channels]
+    ranges = [
+        Message("control_change", channel=channel, control=number, value=value)
+        for channel in channels
+        for number, value in WHEEL_CONTROLLERS
+    ]
+    return [(0, 0, name), *((*at, m) for m in programs), *between, *((*at, m) for m in ranges)]
+
+
 class _Writer:
     def __init__(self, tempos: Tempos, strings: Strings) -> None:
         self.tempos, self.strings, self.moves = tempos, strings, moves.Moves(tempos)
-        self.events: list[tuple[int, int, Message | MetaMessage]] = []
+        self.events: list[Event] = []
         self.lacks: Counter[str] = Counter()
         self.striking, self.palm, self.slow = WAYS[perform.PLUCK], False, 0
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
         mode, *others = self.events
-        return _track([(0, 0, MetaMessage("track_name", name="Bass")), mode, *_default(others), *others])
+        begin = beginning(self.strings.program, range(len(self.strings.opens)), mode)
+        return track_of([*begin, *_default(others), *others])
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
@@ -204,7 +232,7 @@ class _Writer:
         self._add(tick, rank, Message(kind, channel=channel, note=key, velocity=velocity or RELEASE))
 
 
-def _default(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
+def _default(events: Iterable[Event]) -> list[tuple[int, int, Message]]:
     """The usual values of all that moves later than at the beginning: a loop has them again."""
     first: dict[tuple[object, ...], tuple[int, Message]] = {}
     for tick, _, m in sorted(events, key=lambda event: event[:2]):

@@ -81,7 +81,7 @@ class Moves:
             count = max(min(int(length / STEP), MAX_STEPS), 0)
             times += [stroke.time + length * (k + 1) / count for k in range(count)]
         for time in times:
-            value, rest = round(min(max(_at(curve, time), -1.0), 1.0) * maximum), rest_of(what)
+            value, rest = round(min(max(height_at(curve, time), -1.0), 1.0) * maximum), rest_of(what)
             repeats = self.again and time == stroke.time and value != rest
             if repeats or value != self._values.get((what, stroke.string), rest):
                 self._values[what, stroke.string] = value
@@ -93,7 +93,7 @@ def rest_of(what: str) -> int:
     return FULL if what == EXPRESSION else 0
 
 
-def _at(curve: Sequence[tuple[float, float]], time: float) -> float:
+def height_at(curve: Sequence[tuple[float, float]], time: float) -> float:
     """The height of a curve, level before its first and after its last point; 0 without points."""
     before = None
     for x, y in curve:

@@ -17,7 +17,7 @@ from livebass.kernels.score.lines import LONGEST as LONGEST_SCORE
 from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
-from livebass.preset.programs import PROGRAMS
+from livebass.preset.programs import PROGRAMS, program_of
 from livebass.preset.source import is_path
 from livebass.rows.bounds import within
 from livebass.rows.techniques import DYNAMICS, MAXIMUM, MINIMUM
@@ -34,6 +34,7 @@ from livebass.tab.messages import Strings, to_midi
 from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Tab, Track, UnreadableTab, shown
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
+from livebass.tab.plain import to_plain_midi
 from livebass.tab.rows import Tick, to_rows
 from livebass.tab.tempos import nearest_tick
 
@@ -102,13 +103,20 @@ class Arrangement:
         strokes = tuple((at(tick), *event) for tick, event in self.rows)
         return with_basses(score.with_strokes(strokes), [(0, text_of(self.preset, self.given))])
 
-    def exported(self) -> tuple[bytes, str]:
-        """A Standard MIDI File for plugins, a take of livebass, and a line about what it has."""
+    def exported(self, plain: bool = False) -> tuple[bytes, str]:
+        """A Standard MIDI File and a line about what it has.
+
+        It is for plugins, and a take of livebass; a `plain` one is for notation and other synthesizers.
+        """
         keys, bass = self.bass.player.keys.keys, self.bass
         switches = {symbol: key for key, symbol, *_ in reversed(keys) if key in bass.switches}
-        strings = Strings([string.open_note for string in bass.strings], bass.frets, switches)
-        texts = [text_of(self.preset, self.given)]
-        midi, lacks = to_midi(self.performance, self.tab.bars, strings, texts, self.dynamics)
+        program = program_of(self.preset)
+        strings = Strings([string.open_note for string in bass.strings], bass.frets, switches, program)
+        if plain:
+            midi, lacks = to_plain_midi(self.performance, self.tab.bars, strings, self.dynamics)
+        else:
+            texts = [text_of(self.preset, self.given)]
+            midi, lacks = to_midi(self.performance, self.tab.bars, strings, texts, self.dynamics)
         return midi, _track_line(self.tab, self.number, self.performance, lacks)
 
 

@@ -26,7 +26,11 @@ LIBRARIES = {  # of packages: what each loads, and the Debian package that has i
 }
 COMPILERS = ("cc", "gcc", "clang")
 COMPILER = ("a C compiler", "gcc libc6-dev")
-PROGRAMS = {"cc": COMPILER, "nm": ("nm", "binutils"), "node": ("node", "nodejs"), "jackd": ("JACK", "jackd2")}
+PROGRAMS = {
+    "cc": COMPILER, "nm": ("nm", "binutils"), "node": ("node", "nodejs"), "jackd": ("JACK", "jackd2"),
+    "mscore3": ("MuseScore 3", "musescore3"), "fluidsynth": ("FluidSynth", "fluidsynth"),
+    "javac": ("a Java compiler", "default-jdk-headless"),
+}  # fmt: skip
 OFFERED = ("sounddevice", "jack", "pysfizz", "cc")  # of all these: what tests without real parts can use
 # Where nobody may write, not even root
 CLOSED = Path("/proc" if sys.platform == "linux" else "/System")

@@ -10,11 +10,11 @@ import numpy as np
 from support.needs import package
 
 BLOCK = 480  # frames
-VOLUME = 7  # MIDI controller, 100 when a player starts
+PLAYER_VOLUME = -7.36  # dB of every sample through sfizz (pysfizz 0.1.3), whatever the SFZ file says
 
 
 def through_sfizz(sfz: Path, notes: Iterable[tuple[float, float, int, int]], rate: int, seconds: float) -> np.ndarray:
-    """The left channel (n,) of (start s, length s, note, velocity), played by sfizz in `seconds`.
+    """The left channel (n,) of (start s, length s, note, velocity), played by sfizz in `seconds` at full volume.
 
     A copy of the SFZ file loads all samples into memory: loading while playing may leave a gap, by chance.
     """
@@ -27,7 +27,6 @@ def through_sfizz(sfz: Path, notes: Iterable[tuple[float, float, int, int]], rat
     finally:
         in_memory.unlink()
     synth = player._synth  # its own methods play one note at a time
-    synth.cc(0, VOLUME, 127)
     events = []
     for start, length, note, velocity in notes:
         events.append((round(start * rate), synth.note_on, note, velocity))
@@ -39,4 +38,4 @@ def through_sfizz(sfz: Path, notes: Iterable[tuple[float, float, int, int]], rat
             frame, act, note, velocity = events.pop(0)
             act(frame - begin, note, velocity)
         blocks.append(np.array(synth.render_block()[0], np.float64))
-    return np.concatenate(blocks)
+    return np.concatenate(blocks) / 10 ** (PLAYER_VOLUME / 20)

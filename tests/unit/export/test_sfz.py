@@ -36,6 +36,7 @@ TINY = PackSettings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, lengt
 HEARD = 0.3  # s, of a note, for its level
 SAME_LEVEL = 2.3  # dB, for each note, beyond the common offset: each draws its own irregularities
 SAME_LEVELS = 0.8  # dB, RMS of these
+SAME_VOLUME = 0.5  # dB, of the common offset
 CLEAR_STEP = 1.0  # dB
 SAME_PITCH = 6.0  # cents
 FULL_SCALE_STEP = 2.0**-23
@@ -129,6 +130,7 @@ def test_a_phrase_through_sfizz_sounds_as_livebass_renders_it(slap: Written) -> 
     theirs = through_sfizz(slap.sfz, notes, RATE, notes[-1][0] + 0.7)
     levels = np.array([[level(s, start) for start, *_ in notes] for s in (ours, theirs)])
     apart = levels[1] - levels[0]
+    assert abs(np.median(apart)) <= SAME_VOLUME, "as loud as the render"
     apart -= np.median(apart)
     for (_, _, key, velocity), found in zip(notes, apart.tolist(), strict=True):
         assert abs(found) <= SAME_LEVEL, f"key {key}, velocity {velocity}: {found:.1f} dB from what livebass plays"

@@ -17,13 +17,14 @@ KEYS = {
     "ghost": 10, "tap": 2, "harmonic": 17, "pop_on_all": 114, "down_stroke": 1, "up_stroke": 5, "artificial": 115,
     "artificial_12th": 116, "artificial_15th": 117, "pinch": 118, "slide_off_down": 119, "slide_off_up": 120,
 }  # fmt: skip
-ON, OFF, CONTROL = "note_on", "note_off", "control_change"
+ON, OFF, CONTROL, PROGRAM = "note_on", "note_off", "control_change", "program_change"
+RANGE = ((101, 0), (100, 0), (6, 12), (38, 0), (101, 127), (100, 127))  # of the wheel, semitones; then no RPN
 Row = tuple[str, int, int, int]  # kind, channel, number, value
 
 
 def write(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[list[tuple[float, Row]], dict[str, int]]:
-    """The messages (s, message) behind the mode, and what is left out."""
-    midi, lacks = to_midi(play(piece), piece.bars, Strings(OPENS, frets, keys), [], 0.0)
+    """The messages (s, message) behind the programs, the mode and the ranges, and what is left out."""
+    midi, lacks = to_midi(play(piece), piece.bars, Strings(OPENS, frets, keys, 34), [], 0.0)
     file = mido.MidiFile(file=io.BytesIO(midi))
     found, ticks = [], 0
     for m in file.tracks[1]:
@@ -33,8 +34,10 @@ def write(piece: Tab, keys: dict[str, int] = KEYS, frets: int = 20) -> tuple[lis
         data = m.bytes()[1:]
         value = m.pitch if m.type == "pitchwheel" else data[-1]
         found.append((ticks / file.ticks_per_beat / 2, (m.type, m.channel, data[0] if len(data) == 2 else 0, value)))
-    assert found[0] == (0.0, (CONTROL, 0, 126, len(OPENS)))
-    return found[1:], dict(lacks)
+    head = [(PROGRAM, channel, 0, 33) for channel in range(4)] + [(CONTROL, 0, 126, 4)]
+    head += [(CONTROL, channel, *each) for channel in range(4) for each in RANGE]
+    assert found[: len(head)] == [(0.0, row) for row in head], "what another program needs before the first note"
+    return found[len(head) :], dict(lacks)
 
 
 def rows(piece: Tab, keys: dict[str, int] = KEYS) -> list[Row]:
