@@ -448,12 +448,12 @@ static int is_placed(const vst3 *v, int k) {
 }
 
 /* Moves a hidden parameter's controller. Hosts may write every default back, which must change nothing: LB_UNMOVED only
-   returns the hand to its place, and a controller's default moves no parameter that it has learned, unless it has moved
-   that before. */
+   returns the hand to its place; and until they are moved, the default of a wheel begins no vibrato again, nor does a
+   controller's move a parameter that it has learned. MIDI's middle of a wheel is a 33 000th above its default. */
 static void tell_hidden(vst3 *v, int64_t at, int hidden, double value) {
     lb_instance *i = &v->instance;
     const lb_hidden to = lb_hidden_at(hidden);
-    const int is_default = fabs(value - to.default_value) < 1e-3;
+    const int is_default = fabs(value - to.default_value) < (to.controller == VST3_BEND ? 1e-5 : 1e-3);
     if (is_default && to.default_value == LB_UNMOVED) {
         const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, (int)lb_value(i, LB_BASS));
         if (in && in->key_map.function[to.controller] == LB_CC_PLACE)
@@ -461,7 +461,7 @@ static void tell_hidden(vst3 *v, int64_t at, int hidden, double value) {
         return;
     }
     const int learned = to.controller < LB_CONTROLLERS && lb_learned_by(i, to.controller) >= 0;
-    if (is_default && learned && !v->moved[hidden]) return;
+    if (is_default && (learned || to.controller == VST3_BEND) && !v->moved[hidden]) return;
     v->moved[hidden] = 1;
     tell_controller(i, at, to, value);
 }
