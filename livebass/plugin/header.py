@@ -91,7 +91,7 @@ RECORDS = {
 OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN DAMAGED LATER"), (note, "MADE"),
     (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
-    (look, "PLACES LOGGED"), (live, "RINGS CHUNK MAX_MESSAGES"), (techniques, "MAX_BASSES LEARNED"),
+    (look, "PLACES LOGGED"), (live, "RINGS CHUNK MAX_MESSAGES"), (techniques, "MAX_BASSES CC_PLACE"),
     (effects, "LONGEST MIN_RATE MAX_RATE"), (priority, "PRIORITY"),
     (parameters, "MAX_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
     (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES"), (choosing, "AUTO"),

@@ -366,10 +366,30 @@ def settle(plugin: Plugin) -> None:
         plugin.work()
 
 
-def test_without_a_worker_it_plays_its_first_bass(bundle: Path, lend: Any) -> None:
+def test_without_a_worker_it_says_so_and_plays_its_first_bass(bundle: Path, lend: Any) -> None:
     plugin, (score, wanted) = lend(Plugin(bundle, worker=False)), hard("jazz-finger")
+    assert len(plugin.logged) == 1 and "has no worker" in plugin.logged[0]
     plugin.controls["bass"].value = 1.0
     assert np.array_equal(plugin.play(score, 9600), wanted[:9600])
+
+
+def test_messages_that_are_cut_short_are_ignored(bundle: Path) -> None:
+    """Whatever is missing: a note-on without its velocity is no note-off, nor is a volume without its value 0."""
+    note, late = (0, bytes([0x90, 40, 100])), (2000, bytes([0x90, 43, 100]))
+    whole = [bytes([status, 40 if status < 0xB0 else 7, 0]) for status in (0x90, 0x80, 0xA0, 0xB0, 0xE0)]
+    program = bytes([0xC0, 36])
+    cut = [message[:n] for message in [*whole, program] for n in range(len(message))]
+
+    def played(messages: list[bytes]) -> Floats:
+        with closing(Plugin(bundle)) as plugin:
+            plugin.controls["freewheeling"].value = 1.0
+            return plugin.block(9000, [note, *((1000 + k, m) for k, m in enumerate(messages)), late])
+
+    plain = played([])
+    assert np.array_equal(played(cut), plain)
+    for message in (whole[0], whole[1], whole[3], whole[4]):
+        assert not np.array_equal(played([message]), plain), message
+    assert np.array_equal(played([bytes([0x90, 200, 100]), bytes([0xB0, 7, 200])]), plain), "no data bytes"
 
 
 def test_a_state_whose_instrument_is_damaged_is_kept(tmp_path: Path) -> None:

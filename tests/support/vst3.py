@@ -300,6 +300,12 @@ class Plugin:
         assert self.controller.call(10, U32(number), value, c.addressof(text)) == 0
         return wide(text)
 
+    def value_of(self, number: int, text: str) -> float | None:
+        """The value, 0 to 1, of a text of the parameter with an id; None if it has none."""
+        given, found = TEXT(*np.frombuffer(text.encode("utf-16-le"), np.int16).tolist(), 0), D()
+        good = self.controller.call(11, U32(number), c.addressof(given), c.addressof(found)) == 0
+        return found.value if good else None
+
     def outputs_called(self) -> list[str]:
         """The names of its outputs."""
         found = []

@@ -237,11 +237,11 @@ def note_off(p, ops, channel, key, velocity, own_string):
         channel = np.int64(ANY)
     else:
         hands.holding[key] &= ~(1 << channel)
+    unstack_key(p, channel, key, own_string)  # first: a string does not go back to a key that was struck twice
     for i in range(p.strings):
         mine = (own_string < 0 or i == own_string) and follows(p, i, channel)
         if hands.state[i] == HELD and hands.key[i] == key and mine:
             end_held(p, ops, i, velocity)
-    unstack_key(p, channel, key, own_string)
 
 
 @jit

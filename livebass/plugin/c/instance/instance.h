@@ -76,7 +76,8 @@ _Static_assert(sizeof(lb_sides) == 8 + LB_PARAMETERS * 8, "lb_sides");
 
 enum { LB_EXPRESS_BEND, LB_EXPRESS_VIBRATO, LB_EXPRESSIONS }; /* of notes: semitones; 0 to 1 */
 typedef struct { /* the last note of a key of a channel */
-    int32_t id;    /* the host's number for it; -1: none */
+    int32_t id;    /* the host's number for it; below 0: none, see notes.c */
+    int16_t port;  /* -1: any */
     uint8_t state; /* of notes.c */
     double retuning; /* semitones, by a master (retuning.h) */
     uint8_t unsent[LB_EXPRESSIONS]; /* tell the synth this amount in the next block */
@@ -245,28 +246,29 @@ void lb_read_learned(lb_instance *, const uint8_t from[LB_CONTROLLERS]);
 
 /* --- of notes.c. [audio thread] --- */
 
-/* Selects the host's notes: a key's, on a channel (0 to 15) or, with channel -1, on all channels; with key -1, the note
-   with this id; with key and id -1, all on the channel. */
+/* Names the host's notes by all four: -1 is any. As a note's own id, -1 is none. */
 typedef struct {
-    int channel, key;
+    int port, channel, key;
     int32_t id;
 } lb_named;
+int lb_is_named(lb_named named, lb_named note);
 void lb_forget_notes(lb_instance *);
 /* True if a master's scale leaves out a key that is no switch (retuning.h). */
 int lb_is_left_out(const lb_instance *, int channel, int key);
-/* Starts a note with the host's `id` on a channel (-1, any: the first), velocity 0 to 1. */
-void lb_start_note(lb_instance *, int64_t offset, int channel, int key, double velocity, int32_t id);
-/* Releases notes, with velocity 0 to 1. */
+/* Starts a note (channel -1: on the first), velocity 0 to 1; 0 is the softest. It replaces one of its channel and key. */
+void lb_start_note(lb_instance *, int64_t offset, lb_named note, double velocity);
+/* Releases held notes, with velocity 0 to 1. */
 void lb_stop_note(lb_instance *, int64_t offset, lb_named, double velocity);
 /* Ends the sound of notes at once: no pedal holds them. */
 void lb_choke_note(lb_instance *, int64_t offset, lb_named);
 /* Bends notes' strings or gives them vibrato (LB_EXPRESS_BEND, LB_EXPRESS_VIBRATO); if all notes are meant, held
    ones. */
 void lb_express(lb_instance *, int64_t offset, lb_named, int what, double amount);
-/* Places the next stroke of a note's key, 0 to 1 like MPE's controller 74: 1 is nearest to the bridge. To place a note
+/* Places the next stroke of notes' keys, 0 to 1 like MPE's controller 74: 1 is nearest to the bridge. To place a note
    itself, call this before it starts. */
-void lb_express_place(lb_instance *, int64_t offset, int key, int32_t id, double brightness);
-/* Takes the host's MIDI: a controller that has learned a parameter moves it; the rest is played. */
+void lb_express_place(lb_instance *, int64_t offset, lb_named, double brightness);
+/* Takes the host's MIDI: a controller that has learned a parameter moves it; the rest is played, unless it is cut
+   short. */
 void lb_take_midi(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
 /* Sends the synth expressions that a flood has held back, and the held notes' tuning where the master has changed it. */
 void lb_tell_notes(lb_instance *);

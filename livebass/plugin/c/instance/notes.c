@@ -1,4 +1,7 @@
-/* A host's notes: one table by channel and key, with the host's id of each. [audio thread] */
+/* A host's notes: one table by channel and key, with the host's port and id of each. [audio thread]
+
+   A channel has one note of a key, as the bass has: a second one strikes the string again and replaces the first, whose
+   note-off, choke and expressions then mean nothing. */
 #include "instance/instance.h"
 #include "instance/retuning.h"
 
@@ -6,7 +9,8 @@
 #include <string.h>
 
 enum { UNKNOWN, LET_GO, HELD };                       /* states of a note */
-enum { NOTE_OFF = 0x80, NOTE_ON = 0x90, MODE = 0xB0 }; /* MIDI, of the first channel */
+enum { ANY = -1, NONE = -2 }; /* ids of notes begun without one: any id means it; none, as it replaced a note with an id */
+enum { NOTE_OFF = 0x80, NOTE_ON = 0x90, MODE = 0xB0, PROGRAM = 0xC0, PRESSURE = 0xD0 }; /* MIDI, of the first channel */
 enum { ALL_SOUND_OFF = 120, ALL_NOTES_OFF = 123 };    /* first of the controllers that end sounds, and notes */
 
 static int is_channel(int channel) { return channel >= 0 && channel < LB_CHANNELS; }
@@ -17,7 +21,7 @@ static void send(lb_instance *i, int64_t offset, int status, int first, int seco
 
 void lb_forget_notes(lb_instance *i) {
     memset(i->audio.notes, 0, sizeof i->audio.notes);
-    for (int n = 0; n < LB_NOTES; n++) i->audio.notes[n].id = -1;
+    for (int n = 0; n < LB_NOTES; n++) i->audio.notes[n].id = ANY;
     i->audio.unsent = 0;
 }
 
@@ -59,49 +63,58 @@ int lb_is_left_out(const lb_instance *i, int channel, int key) {
     return lb_leaves_out(channel, key) && !lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key);
 }
 
-/* --- selecting notes --- */
+/* --- naming notes --- */
 
-/* Writes the selected notes into `found` and returns their number. An id counts only without a key. If no note with
-   this key or id is held on its channel, selects it on all channels that hold it, or else the released note. */
+int lb_is_named(lb_named named, lb_named note) {
+    return (named.port < 0 || note.port < 0 || named.port == note.port) &&
+           (named.channel < 0 || named.channel == note.channel) && (named.key < 0 || named.key == note.key) &&
+           (named.id < 0 || named.id == note.id || (note.id == ANY && named.key >= 0));
+}
+
+/* Writes the named notes into `found` and returns their number: those held, or, if a key or an id is given and none is
+   held, the released ones. */
 static int find(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
-    const int by_id = named.key < 0 && named.id >= 0, attempts = by_id || named.key >= 0 ? 3 : 1;
-    const int low = named.key < 0 ? 0 : named.key, high = named.key < 0 ? LB_KEYS - 1 : named.key;
+    const int low = named.key < 0 ? 0 : named.key, high = named.key < 0 ? LB_KEYS : named.key + 1;
+    const int last_state = named.key < 0 && named.id < 0 ? HELD : LET_GO;
     int count = 0;
-    for (int attempt = 0; !count && high < LB_KEYS && attempt < attempts; attempt++) {
-        const int state = attempt < 2 ? HELD : LET_GO, any = by_id || attempt == 1 || !is_channel(named.channel);
-        const int first = any ? 0 : named.channel, last = any ? LB_CHANNELS - 1 : named.channel;
-        for (int channel = first; channel <= last; channel++)
-            for (int key = low; key <= high; key++) {
-                const int n = channel * LB_KEYS + key;
-                const lb_note *note = &i->audio.notes[n];
-                if (note->state == state && (!by_id || note->id == named.id)) found[count++] = (int16_t)n;
+    for (int state = HELD; !count && high <= LB_KEYS && state >= last_state; state--)
+        for (int channel = 0; channel < LB_CHANNELS; channel++)
+            for (int key = low; key < high; key++) {
+                const lb_note *note = &i->audio.notes[channel * LB_KEYS + key];
+                const lb_named its = {note->port, channel, key, note->id};
+                if (note->state == state && lb_is_named(named, its)) found[count++] = (int16_t)(channel * LB_KEYS + key);
             }
-    }
     return count;
 }
 
 /* --- notes begin and end --- */
 
-static void begin(lb_instance *i, int channel, int key, int32_t id) {
-    for (int n = 0; n < LB_NOTES && id >= 0; n++)
-        if (i->audio.notes[n].id == id) i->audio.notes[n].id = -1; /* from a finished note */
-    i->audio.notes[channel * LB_KEYS + key] = (lb_note){.id = id, .state = HELD};
+/* Replaces the note of its channel and key. A released note loses its id to a new one. */
+static void begin(lb_instance *i, lb_named note) {
+    lb_note *all = i->audio.notes, *at = &all[note.channel * LB_KEYS + note.key];
+    for (int n = 0; n < LB_NOTES && note.id >= 0; n++)
+        if (all[n].state != HELD && all[n].id == note.id) all[n].id = ANY;
+    if (note.id < 0) note.id = at->state == HELD && at->id != ANY ? NONE : ANY;
+    *at = (lb_note){.id = note.id, .port = (int16_t)note.port, .state = HELD};
 }
 
 static void let_go(lb_instance *i, int n) {
     if (i->audio.notes[n].state == HELD) i->audio.notes[n].state = LET_GO;
 }
 
-void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double velocity, int32_t id) {
+void lb_start_note(lb_instance *i, int64_t offset, lb_named note, double velocity) {
     LB_ALONE(i->audio.owner);
-    if (!is_channel(channel)) channel = 0;
-    if (key < 0 || key >= LB_KEYS || lb_is_left_out(i, channel, key)) return;
-    begin(i, channel, key, id);
-    send(i, offset, NOTE_ON | channel, key, (int)fmin(fmax(rint(127 * velocity), 1), 127)); /* 0 would end it */
-    retune(i, offset, channel * LB_KEYS + key);
+    if (!is_channel(note.channel)) note.channel = 0;
+    if (note.key < 0 || note.key >= LB_KEYS || lb_is_left_out(i, note.channel, note.key)) return;
+    begin(i, note);
+    const int seven = (int)fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would end it: in hosts it is the softest note */
+    send(i, offset, NOTE_ON | note.channel, note.key, seven);
+    retune(i, offset, note.channel * LB_KEYS + note.key);
 }
 
+/* Releases a held note. A second note-off would end another channel's note of the key. */
 static void release(lb_instance *i, int64_t offset, int n, double velocity) {
+    if (i->audio.notes[n].state != HELD) return;
     let_go(i, n);
     send(i, offset, NOTE_OFF | n / LB_KEYS, n % LB_KEYS, (int)lrint(fmin(fmax(velocity, 0), 1) * 127));
 }
@@ -141,20 +154,23 @@ void lb_express(lb_instance *i, int64_t offset, lb_named named, int what, double
     for (int k = 0, count = find(i, named, found); k < count; k++) express(i, offset, found[k], what, amount);
 }
 
-void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, double brightness) {
+void lb_express_place(lb_instance *i, int64_t offset, lb_named named, double brightness) {
     LB_ALONE(i->audio.owner);
-    for (int n = 0; n < LB_NOTES && key < 0 && id >= 0; n++)
-        if (i->audio.notes[n].id == id) key = n % LB_KEYS;
-    if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 1 - 2 * brightness);
+    int16_t found[LB_NOTES];
+    const int count = find(i, named, found);
+    for (int k = 0; k < count; k++) lb_place_note(i->synth, offset, found[k] % LB_KEYS, 1 - 2 * brightness);
+    named.id = -1; /* another note of the key keeps its place */
+    if (!count && named.key >= 0 && !find(i, named, found)) lb_place_note(i->synth, offset, named.key, 1 - 2 * brightness);
 }
 
 void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
     LB_ALONE(i->audio.owner);
+    const int kind = count ? bytes[0] & 0xF0 : 0, short_one = kind == PROGRAM || kind == PRESSURE;
+    if (count < (short_one ? 2 : 3) || bytes[1] > 127 || (!short_one && bytes[2] > 127)) return; /* cut short, or none */
     if (lb_take_learned(i, offset, bytes, count)) return;
-    const int kind = count == 3 ? bytes[0] & 0xF0 : 0, channel = count ? bytes[0] & 0x0F : 0, first = count > 1 ? bytes[1] & 0x7F : 0;
-    const int starts = kind == NOTE_ON && bytes[2];
+    const int channel = bytes[0] & 0x0F, first = bytes[1], starts = kind == NOTE_ON && bytes[2];
     if (starts && lb_is_left_out(i, channel, first)) return;
-    if (starts) begin(i, channel, first, -1);
+    if (starts) begin(i, (lb_named){-1, channel, first, -1});
     else if (kind == NOTE_ON || kind == NOTE_OFF) let_go(i, channel * LB_KEYS + first);
     for (int key = 0; kind == MODE && (first == ALL_SOUND_OFF || first >= ALL_NOTES_OFF) && key < LB_KEYS; key++)
         let_go(i, channel * LB_KEYS + key);

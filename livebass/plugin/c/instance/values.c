@@ -210,7 +210,7 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
     double shown = rint(digits * (isfinite(own) ? own : measured(&m, parameter, value))) / digits + 0.0; /* no -0 */
     if (isfinite(of_bass) && value > 0 && shown < 1) shown = 1; /* else it would read back as the bass's own */
     const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->minimum < 0;
-    if (parameter == LB_FRET && value == 0) snprintf(text, room, "none");
+    if (parameter == LB_FRET && shown == 0) snprintf(text, room, "none");
     else if (parameter == LB_GAUGE && m.zero > 0) {
         const double thinnest = lb_shelf_own(i->shelf, (int)lb_value(i, LB_BASS))->thinnest;
         snprintf(text, room, ".%03.0f-.%03.0f", 1e3 * thinnest * (1 + value / 100), 1e3 * shown);
@@ -218,6 +218,17 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
         snprintf(text, room, "%s%.*f%s%s%s", is_change && shown > 0 ? "+" : "", m.places, shown, *m.unit ? " " : "",
                  m.unit, isfinite(own) ? " (own)" : "");
     }
+}
+
+/* Finds the value next to `value`, in hundredths, that has this text: two gauges tell more than the thickest alone. */
+static double gauge_with(const lb_instance *i, const char *text, double value) {
+    char other[256];
+    for (int k = 0; k < 200; k++) {
+        const double near = lb_allowed(i, LB_GAUGE, value + (k % 2 ? 0.01 : -0.01) * ((k + 1) / 2));
+        lb_value_to_text(i, LB_GAUGE, near, other, sizeof other);
+        if (!strcmp(other, text)) return near;
+    }
+    return value;
 }
 
 int lb_text_to_value(const lb_instance *i, int parameter, const char *text, double *value) {
@@ -241,6 +252,7 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
     const measure m = measure_of(i, parameter);
     const double shown = parameter == LB_GAUGE && m.zero > 0 && read > 1 ? 1e-3 * read : read;
     *value = strstr(end, "own") ? p->default_value : lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
+    if (last) *value = gauge_with(i, text, *value);
     return 1;
 }
 

@@ -105,7 +105,9 @@ static void on_main_thread(const clap_plugin *p) {
     tell_names(of(p));
 }
 
-static lb_named meant(const clap_note *note) { return (lb_named){note->channel, note->key, note->note_id}; }
+static lb_named meant(const clap_note *n) { return (lb_named){n->port, n->channel, n->key, n->note_id}; }
+
+static lb_named shaped(const clap_note_expression *x) { return (lb_named){x->port, x->channel, x->key, x->note_id}; }
 
 /* Takes one event; notes need an active instance. */
 static void take(clap *c, const clap_event *e) {
@@ -121,17 +123,15 @@ static void take(clap *c, const clap_event *e) {
     if (!i->synth) return;
     const clap_note *note = (const clap_note *)e;
     const clap_note_expression *x = (const clap_note_expression *)e;
-    if (e->type == CLAP_NOTE_ON)
-        lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
+    if (e->type == CLAP_NOTE_ON) lb_start_note(i, e->time, meant(note), note->velocity);
     else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, meant(note), note->velocity);
     else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, meant(note));
     else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
-    const lb_named shaped = {x->channel, x->key, x->note_id};
-    if (x->expression == CLAP_TUNING) lb_express(i, e->time, shaped, LB_EXPRESS_BEND, x->value);
+    if (x->expression == CLAP_TUNING) lb_express(i, e->time, shaped(x), LB_EXPRESS_BEND, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
-        lb_express(i, e->time, shaped, LB_EXPRESS_VIBRATO, x->value);
-    else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
+        lb_express(i, e->time, shaped(x), LB_EXPRESS_VIBRATO, x->value);
+    else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, shaped(x), x->value);
 }
 
 /* True if event `x` is the brightness of the note that event `e` starts in the same frame: it places that note. */
@@ -140,7 +140,7 @@ static int places(const clap_event *e, const clap_event *x) {
     const clap_note_expression *b = (const clap_note_expression *)x;
     if (e->space || x->space || e->type != CLAP_NOTE_ON || x->type != CLAP_NOTE_EXPRESSION) return 0;
     if (b->expression != CLAP_BRIGHTNESS || e->time != x->time) return 0;
-    return b->key >= 0 ? b->key == n->key : b->note_id >= 0 && b->note_id == n->note_id;
+    return (b->key >= 0 || b->note_id >= 0) && lb_is_named(shaped(b), meant(n));
 }
 
 /* Takes all events of a block. */
@@ -151,7 +151,7 @@ static void take_all(clap *c, const clap_in_events *in) {
         const clap_note *n = (const clap_note *)e;
         for (uint32_t j = k + 1; e->type == CLAP_NOTE_ON && j < events && in->get(in, j)->time == e->time; j++)
             if (places(e, in->get(in, j)))
-                lb_express_place(&c->instance, e->time, n->key, -1,
+                lb_express_place(&c->instance, e->time, (lb_named){-1, -1, n->key, -1},
                                  ((const clap_note_expression *)in->get(in, j))->value);
         int placed = 0; /* an earlier note has used it */
         for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && !placed && j && in->get(in, j - 1)->time == e->time; j--)

@@ -134,6 +134,9 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         cleanup(p);
         return 0;
     }
+    if (!p->worker)
+        complain(p, "the host has no worker (work:schedule): another bass, quality or slider is heard only after a project "
+                    "is loaded, or while it renders offline");
     lb_read_sides(&p->instance, &p->sides[0]);
     for (int k = 0; k < LB_PARAMETERS; k++) p->seen[k] = NAN;
     return p;

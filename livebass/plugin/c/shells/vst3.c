@@ -60,6 +60,7 @@ typedef struct vst3 {
     int stereo;
     /* The host's control values: */
     double shown[LB_PARAMETERS], hidden[LB_HIDDEN];
+    uint8_t moved[LB_HIDDEN]; /* hidden parameters that were told other values than their defaults */
     int overload, quality; /* as the host knows them */
     int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
@@ -420,9 +421,9 @@ static void tell_controller(lb_instance *i, int64_t offset, lb_hidden to, double
 
 static void express(vst3 *v, int64_t at, uint32_t type, int32_t id, double value) {
     lb_instance *i = &v->instance;
-    if (type == VST3_TUNING) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_BEND, SEMITONES * (value - 0.5));
-    else if (type == VST3_VIBRATO) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_VIBRATO, value);
-    else lb_express_place(i, at, -1, id, value);
+    if (type == VST3_TUNING) lb_express(i, at, (lb_named){-1, -1, -1, id}, LB_EXPRESS_BEND, SEMITONES * (value - 0.5));
+    else if (type == VST3_VIBRATO) lb_express(i, at, (lb_named){-1, -1, -1, id}, LB_EXPRESS_VIBRATO, value);
+    else lb_express_place(i, at, (lb_named){-1, -1, -1, id}, value);
 }
 
 /* Places the note of change k by a later expression in the same frame. */
@@ -432,7 +433,8 @@ static void place_note(vst3 *v, int k) {
         const vst3_event *e = &v->changes[j].event;
         if (v->changes[j].kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_BRIGHTNESS &&
             e->expression.id == c->event.on.id)
-            lb_express_place(&v->instance, c->order / FRAME, c->event.on.key, -1, e->expression.value);
+            lb_express_place(&v->instance, c->order / FRAME, (lb_named){-1, -1, c->event.on.key, -1},
+                             e->expression.value);
     }
 }
 
@@ -445,12 +447,31 @@ static int is_placed(const vst3 *v, int k) {
     return 0;
 }
 
+/* Moves a hidden parameter's controller. Hosts may write every default back, which must change nothing: LB_UNMOVED only
+   returns the hand to its place; and until they are moved, the default of a wheel begins no vibrato again, nor does a
+   controller's move a parameter that it has learned. MIDI's middle of a wheel is a 33 000th above its default. */
+static void tell_hidden(vst3 *v, int64_t at, int hidden, double value) {
+    lb_instance *i = &v->instance;
+    const lb_hidden to = lb_hidden_at(hidden);
+    const int is_default = fabs(value - to.default_value) < (to.controller == VST3_BEND ? 1e-5 : 1e-3);
+    if (is_default && to.default_value == LB_UNMOVED) {
+        const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, (int)lb_value(i, LB_BASS));
+        if (in && in->key_map.function[to.controller] == LB_CC_PLACE)
+            lb_set_value_at(i, at, LB_PLUCK_POSITION, lb_value(i, LB_PLUCK_POSITION));
+        return;
+    }
+    const int learned = to.controller < LB_CONTROLLERS && lb_learned_by(i, to.controller) >= 0;
+    if (is_default && (learned || to.controller == VST3_BEND) && !v->moved[hidden]) return;
+    v->moved[hidden] = 1;
+    tell_controller(i, at, to, value);
+}
+
 /* Sets a parameter, or moves a hidden parameter's controller. */
 static void tell_value_of(vst3 *v, int64_t at, uint32_t id, double value) {
     lb_instance *i = &v->instance;
     const int hidden = lb_find_hidden(id);
     if (hidden >= 0) {
-        tell_controller(i, at, lb_hidden_at(hidden), value);
+        tell_hidden(v, at, hidden, value);
         return;
     }
     lb_set_value_at(i, at, (int)id, plain(v, id, value));
@@ -461,11 +482,11 @@ static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
     const int64_t at = c->order / FRAME;
     const vst3_event *e = &c->event;
-    const lb_named on = {e->on.channel, e->on.key, e->on.id}, off = {e->off.channel, e->off.key, e->off.id};
-    const lb_named pressed = {e->pressure.channel, e->pressure.key, e->pressure.id};
+    const lb_named on = {-1, e->on.channel, e->on.key, e->on.id}, off = {-1, e->off.channel, e->off.key, e->off.id};
+    const lb_named pressed = {-1, e->pressure.channel, e->pressure.key, e->pressure.id};
     if (c->kind == CHANGE) tell_value_of(v, at, c->id, c->value);
     else if (c->kind == VST3_NOTE_ON) {
-        lb_start_note(i, at, on.channel, on.key, e->on.velocity, on.id);
+        lb_start_note(i, at, on, e->on.velocity);
         if (e->on.tuning != 0) lb_express(i, at, on, LB_EXPRESS_BEND, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, off, e->off.velocity);
     else if (c->kind == VST3_NOTE_PRESSURE) lb_express(i, at, pressed, LB_EXPRESS_VIBRATO, e->pressure.pressure);
@@ -601,12 +622,18 @@ static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text ou
 
 static vst3_result text_to_value(void *self, uint32_t id, int16_t *in, double *x) {
     const vst3 *v = of(self);
-    char text[512];
+    char text[512], *end;
     double value;
-    if (id >= LB_PARAMETERS) return VST3_NO;
     to_narrow(text, sizeof text, in);
-    if (!lb_text_to_value(&v->instance, (int)id, text, &value)) return VST3_NO;
-    *x = normal(v, id, value);
+    if (id < LB_PARAMETERS) {
+        if (!lb_text_to_value(&v->instance, (int)id, text, &value)) return VST3_NO;
+        *x = normal(v, id, value);
+        return VST3_OK;
+    }
+    if (id != OVERLOAD && lb_find_hidden(id) < 0) return VST3_NO;
+    value = strtod(text, &end);
+    if (end == text || !isfinite(value)) return VST3_NO;
+    *x = fmin(fmax(id == OVERLOAD ? value / LB_STRINGS : value, 0), 1);
     return VST3_OK;
 }
 

@@ -3,24 +3,22 @@
 #include "shells/vst3_midi.h"
 
 #include <stdio.h>
+#include <string.h>
 
 enum { CONTROLLERS = 1000 };               /* id of controller 0 of the first channel */
 enum { CHANNELS = 2000 };                  /* id of the first channel's wheel: + channel * LB_OWN + way */
 enum { OTHERS = 3000, EACH = LB_OTHER + 1 }; /* + channel * EACH + controller, except PLACED */
 enum { FIRST_OWN = VST3_CONTROLLERS, FIRST_OTHER = FIRST_OWN + LB_CHANNELS * LB_OWN }; /* indices */
 enum { PLACED = 74 };                      /* MPE's controller for places */
-enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* controllers in the usual key map */
+enum { VOLUME = 7, EXPRESSION = 11 }; /* of these, in the usual key map, a new bass has 127 ... */
+static const uint8_t at_0[] = {19, 64, 65, 68, VST3_PRESSURE}; /* ... and of these 0 */
 static const int own[LB_OWN] = {VST3_BEND, VST3_PRESSURE, PLACED};
 static const char *const own_names[LB_OWN] = {"Pitch bend", "Pressure", "Plucking place"};
 
 static double default_of(int controller) {
-    const double middle = 64.0 / 127;
-    if (controller >= LB_LEARNED && controller < LB_LEARNED + LB_PLAYED_PARAMETERS) {
-        const int parameter = controller - LB_LEARNED;
-        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].minimum < 0 ? middle : 0;
-    }
-    if (controller == TONE || controller == BLEND) return middle;
-    return controller == VST3_BEND ? 0.5 : controller == VOLUME || controller == EXPRESSION;
+    if (controller == VST3_BEND) return 0.5;
+    if (controller == VOLUME || controller == EXPRESSION) return 1;
+    return memchr(at_0, controller, sizeof at_0) ? 0 : LB_UNMOVED;
 }
 
 lb_hidden lb_hidden_at(int index) {

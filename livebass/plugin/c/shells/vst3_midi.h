@@ -8,6 +8,9 @@
 enum { RPN_LOW = 100, RPN_HIGH = 101 }; /* controllers that select the data's parameter */
 enum { LB_OWN = 3, LB_OTHER = VST3_PRESSURE - 1 }; /* wheel, pressure and place of a channel; its other controllers */
 enum { LB_HIDDEN = VST3_CONTROLLERS + LB_CHANNELS * LB_OWN + (LB_CHANNELS - 1) * LB_OTHER };
+/* The default of controllers that have no value of MIDI in a new plugin: they move what a parameter or the bass has set,
+   as the plucking place, select something, or end notes. No value of MIDI is near it. */
+#define LB_UNMOVED (0.5 / 127)
 typedef struct {
     uint32_t id;
     int channel, controller; /* controller: MIDI's, or VST3_BEND, VST3_PRESSURE */

@@ -607,6 +607,17 @@ def test_a_channel_a_string_as_midi_guitars_send_it() -> None:
     assert not any(sounding for sounding, _ in found)
 
 
+@pytest.mark.parametrize("joined", [None, (0xB0, 68, 127), (0xB0, 65, 127), (0xB0, 126, 1), (0xB2, 126, 4)])
+def test_the_first_note_off_ends_a_key_that_was_struck_twice(joined: tuple[int, int, int] | None) -> None:
+    """Plucked, legato, sliding, mono, or a channel a string: pads and MIDI guitars strike again without a note-off."""
+    channel = 4 if joined == (0xB2, 126, 4) else 0  # of the A string
+    first = [joined] if joined else []
+    played, found = frets_played([*first, (0x90 | channel, 33, 100), (0x90 | channel, 33, 90)])
+    assert [sounding for sounding, _ in found].count(True) == 1
+    send_now(played, (0x80 | channel, 33, 64))
+    assert not played.bass.performer["hands"]["state"].any()
+
+
 def test_mpe_bends_each_note() -> None:
     """RPN 6 on channel 1 makes a zone: each note has its own bend, vibrato by pressure, place by CC 74."""
     zone = [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4)]
