@@ -49,7 +49,7 @@ from livebass.rows.techniques import (
 from livebass.rows.units import note_name, pitch_name
 from livebass.score import tracknames
 from livebass.score.reading import TAKE
-from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS
+from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS, TOO_MUCH
 
 # Records that others contain come first.
 RECORDS = {
@@ -94,7 +94,7 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MAX_MESSAGES"), (techniques, "MAX_BASSES CC_PLACE"),
     (effects, "LONGEST MIN_RATE MAX_RATE"), (priority, "PRIORITY"),
     (parameters, "MAX_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
-    (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES"), (choosing, "AUTO"),
+    (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES TOO_LONG"), (choosing, "AUTO"),
     (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
     (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
 )  # fmt: skip
@@ -109,6 +109,7 @@ NUMBERS = {
     "LB_TAKE": json.dumps(TAKE),
     "LB_NO_BASS": json.dumps(NO_BASS),
     "LB_MAX_HOURS": lines.LONGEST // 3600,
+    "LB_TOO_MUCH": json.dumps(TOO_MUCH),
     "LB_TOP_KEYS": techniques.TOP_KEYS,
     "LB_KEY_COUNT": KEYS,
     "LB_STRINGS": performer.MAX_STRINGS,

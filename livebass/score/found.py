@@ -13,14 +13,14 @@ from livebass.kernels.score import memory, reading
 from livebass.kernels.score.choosing import ALL, AUTO, OF_CHANNEL
 from livebass.kernels.score.records import REMARK
 from livebass.score import tracknames
-from livebass.score.sentences import TOO_LONG
+from livebass.score.sentences import TOO_LONG, TOO_MUCH
 from livebass.score.smf import Smf, SmfError
 
 Rows = NDArray[Any]  # of records
 
 
 class Found:
-    """The notes of a file at a rate (Hz), and those that are chosen. Raises SmfError if it lasts too long."""
+    """The notes of a file at a rate (Hz), and those that are chosen. Raises SmfError if it is too long."""
 
     def __init__(self, smf: Smf, rate: int, take: bool) -> None:
         self._score = np.zeros(1, memory.SCORE)
@@ -31,8 +31,11 @@ class Found:
         self._score["rate"], self._score["take"] = rate, take
         reading.measure_lines(self._address)
         self._give("memory", "bytes")
-        if reading.read_lines(self._address):
+        error = reading.read_lines(self._address)
+        if error == memory.TOO_LONG:
             raise SmfError(TOO_LONG.format(f"{int(self.row['last']) / rate / 3600:.1f}"))
+        if error:
+            raise SmfError(TOO_MUCH)
         self._give("more", "more_bytes")
         self.parts = int(reading.read_parts_of(self._address))
 

@@ -45,7 +45,8 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
         rate: Sample rate of the frames in the score, a whole number of Hz from 8000 to 192 000.
         channel: 1 to 16 reads that channel, "all" everything but drums. "auto" reads the notes with programs 33 to 40,
             counted from 1 (the General MIDI basses). Without any, it reads tracks called bass, else a zone without a
-            program, else the only part that is not drums, or the lowest part without a program in a bass's range.
+            program, else the only part that is not drums, or the lowest part without a program in a bass's range. Of a
+            Yamaha style it reads the first variant of the bass.
 
     Raises:
         ScoreError: The file cannot be played.

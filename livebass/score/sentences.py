@@ -11,7 +11,7 @@ from typing import Any
 
 from livebass.kernels.score import remarks as choice
 from livebass.kernels.score import smf as codes
-from livebass.kernels.score.lines import LONGEST
+from livebass.kernels.score.lines import LONGEST, MAX_PARTS
 
 PLACE = "track {0} of {1}, byte {2}"
 _IN_HEADER = (codes.HEADER_LENGTH, codes.HEADER)
@@ -35,6 +35,7 @@ ERRORS: dict[int, str] = {
     codes.BAD_TIME_CODE: f"header, byte 12: the time code must be {_FRAMES}, not {{3}} of {{4}}",
     codes.NO_TRACK: f"{PLACE}: no track chunk (MTrk) behind it: the file is damaged",
     codes.NO_STATUS: f"{PLACE}: data byte 0x{{3:02X}} without a status byte before it",
+    codes.TOO_MANY: f"has {{3}} events, more than {codes.MAX_EVENTS}",
     **{
         codes.CUT + part: f"{'header, byte {2}' if part in _IN_HEADER else PLACE}: {name} of {{3}} bytes, {{4}} left: "
         "the file is truncated or damaged"
@@ -81,6 +82,7 @@ CHOICE: dict[int, str | tuple[str, str]] = {
     choice.ONLY_PART: f"{NO_BASS}: plays the only part, {{0}}",  # the part
     choice.LOWEST_PART: f"{NO_BASS}: plays the part that lies in a bass's range, {{0}}",
     choice.DOUBLES: "track {0} (channel {1}) doubles track {2} (channel {3}) and is left out",
+    choice.VARIANTS: "is a Yamaha style: of up to {0} variants of its bass for different chords, plays the first",
 }
 REASONS: dict[int, str] = {
     choice.NO_REASON: "",
@@ -97,10 +99,14 @@ REASONS: dict[int, str] = {
     choice.NOT_OF_INSTRUMENT: "no part of that instrument",
     choice.THE_ONLY_PART: "the only part",
     choice.LOW_PART: "in a bass's range, the lowest",
-    choice.HIGHER_PART: "no program, but higher",
+    choice.HIGHER_PART: "higher, or another program",
     choice.NO_BASS: "no bass program, not called bass",
     choice.DOUBLE: "doubles another part",
+    choice.OF_STYLE: "the bass of a style",
+    choice.NOT_OF_STYLE: "another part, or another variant of the bass",
+    choice.UNLIKE: "called bass, but its program is a voice, wind, mallet or drum",
 }
+TOO_MUCH = f"its tracks share channels: would make more than {codes.MAX_EVENTS} messages or {MAX_PARTS} parts"
 TOO_LONG = f"lasts {{0}} hours, more than {LONGEST // 3600}"
 
 

@@ -16,14 +16,17 @@ BASS_WORD = "|".join(
         r"bass(?:es|[eio]|lines?|guit\w*|git\w*|gtr?|ist[ae]?|okitara|zus\w*)?(?![a-z])",
         r"(?<![a-z])(?:contra|kontra|el|e)?(?:bas|bajo|baixo)s?(?:[gģ]\w*|ov[aáeé]?|ow[aey])?(?![a-z])",
         r"(?<![a-z])(?:bs|bss|bsgtr?|b\.\s?g(?:ui)?ta?r)(?![a-z])",
+        r"(?<![a-z])(?:baix|baxua?|bosas|bosin(?:is|[eė])|(?:elektro)?baso|basovska)(?![a-z])|bass?(?:o?syn|kita)",
+        r"[ck]ontr[ae]?bb?(?:[aäo]s|ax|aix)|(?:dobbelt|dubbel)bas(?![a-z])|b[őö]g[őö]",
         r"(?<![a-z])fretless(?![a-z])",
         r"(?<![а-яёії])(?:контра|суб|синт|электро)?бас(?:[\s_.-]?г[иі]тар[а-яії]*|ов[а-яії]*\sг[иі]тар[а-яії]*)?(?![а-яёії])",
-        "μπάσο|μπασο|באס|ベース|ベイス|コントラバス|贝斯|貝斯|贝司|貝司|低音吉他|低音提琴|베이스|เบส",
+        r"контрабас|μπ[άα]σ[οσ]|באס|(?<![א-ת])(?:קונטר)?בס(?![א-ת])|بيس|بیس|کنترباس|ベース|ベイス|コントラバス|贝斯|貝斯|贝司|貝司",
+        "低音(?:電子)?[吉結]他|低音大?提琴|倍大提琴|베이스|เบส",
     )
 )
 # Instruments and voices whose low member is called bass, too, but is not one
 OTHER_WORD = (
-    r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor[\s_.,'()/&+-]|gamb"
+    r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom(?!os)|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor[\s_.,'()/&+-]|gamb"
     r"|viol|marimba|harmonica|vo[ciz]|voix|(?<![a-z])sing(?:er|in|en)|chor(?!us|d)|choir|(?<![a-z])coro(?![a-z])|accord|кларн|бараб|тромб|флейт|саксо|голос"
     r"|ドラム|クラリネット|トロンボーン|鼓|드럼|클라리넷"
 )

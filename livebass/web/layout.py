@@ -62,7 +62,7 @@ NUMBERS = {
     **{name: getattr(remarks, name) for name in ("CALLED", "ONLY_PART", "LOWEST_PART", "DOUBLES")},
     **{
         name: getattr(memory, name)
-        for name in ("IS_BASS", "IS_OTHER", "IS_DRUMS", "BASS_INSTRUMENT", "NAMED", "NAMES", "TRACK_NAME")
+        for name in ("IS_BASS", "IS_OTHER", "IS_DRUMS", "BASS_INSTRUMENT", "NAMED", "NAMES", "TRACK_NAME", "TOO_LONG")
     },
     **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip

@@ -27,6 +27,7 @@ WORDS = {
     "reasons": sentences.REASONS,
     "noBass": sentences.NO_BASS,
     "tooLong": sentences.TOO_LONG,
+    "tooMuch": sentences.TOO_MUCH,
     "notes": [note_name(note) for note in range(128)],
 }
 

@@ -2,11 +2,11 @@
 
 A channel's messages set its own record (performer.CHANNEL) and the whole bass's record, ANY. Strings that have not
 been played yet follow ANY; while channels have a meaning (MPE, MIDI mode 4), all strings do. So if everything comes on
-one channel, it applies to all strings.
+one channel, it applies to all strings. In MIDI mode 4 a string's own channel has a pedal for this string alone.
 """
 
 from livebass.compiling import jit
-from livebass.kernels.player.performer import ALL_ALIKE, ANY
+from livebass.kernels.player.performer import ALL_ALIKE, ANY, STRING_A_CHANNEL
 from livebass.rows.techniques import LET_RING
 
 
@@ -37,14 +37,22 @@ def leading(p, channel):
 
 
 @jit
+def has_own_string(p, channel):
+    """True if MIDI mode 4 gives `channel` a string."""
+    return p.controls.mode == STRING_A_CHANNEL and 0 <= channel - p.controls.first_channel < p.controls.channels
+
+
+@jit
 def rings_on(p, i):
     """True if string `i` rings on after its release: its channel's pedal is down, or the whole bass lets ring."""
-    return record_of(p, i).pedal != 0 or p.switched[LET_RING] > 0
+    channel = p.controls.first_channel + p.strings - 1 - i  # the highest string has the first channel
+    own = has_own_string(p, channel) and p.controls.channel[channel].pedal != 0
+    return own or record_of(p, i).pedal != 0 or p.switched[LET_RING] > 0
 
 
 @jit
 def pedal_is_down(p):
-    """True if any channel's pedal is down, or the whole bass lets ring."""
+    """True if any channel's pedal is down, but for those of single strings, or the whole bass lets ring."""
     if p.switched[LET_RING] > 0:
         return True
     if p.controls.mode != ALL_ALIKE:

@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
-from livebass.kernels.player.channels import follows, leading
+from livebass.kernels.player.channels import follows, has_own_string, leading
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
@@ -121,7 +121,8 @@ def set_pedal(p, channel, value):
     """Presses a channel's pedal, or releases it and stops the strings that it alone held."""
     pedal = 1 if value >= 64 else 0
     p.controls.channel[channel].pedal = pedal
-    p.controls.channel[ANY].pedal = pedal
+    if not has_own_string(p, channel):
+        p.controls.channel[ANY].pedal = pedal
     if not pedal:
         stop_pedalled(p, channel)
 

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
 from livebass.kernels.player import expression, words
-from livebass.kernels.player.channels import leading, pedal_is_down
+from livebass.kernels.player.channels import has_own_string, leading, pedal_is_down, rings_on
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
     COARSE_RPN,
@@ -38,7 +38,6 @@ from livebass.kernels.player.performer import (
     NOTE_A_CHANNEL,
     STRING_A_CHANNEL,
     WHILE_HELD,
-    WITH_PEDAL,
     operators_at,
     performer_at,
 )
@@ -183,9 +182,12 @@ def set_mode(p, mode, first, channels):
     wanted = mode if channels > 1 else ALL_ALIKE
     if wanted != controls.mode:
         forget_channels(p)
+    of_strings = STRING_A_CHANNEL in (wanted, controls.mode)
     controls.mode = wanted
     controls.first_channel = first
     controls.channels = channels
+    if of_strings:
+        share_pedals(p)
     controls.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
     controls.channel_wheel[:] = 0.0
     controls.channel_place[:] = np.nan
@@ -194,6 +196,16 @@ def set_mode(p, mode, first, channels):
         controls.string_bend[i] = 0.0
         if controls.string_expression[i] != 1.0:
             expression.express_string(p, i, 1.0)
+
+
+@jit
+def share_pedals(p):
+    """Lets the pedals of all channels without a string of their own hold the whole bass."""
+    pedals = 0
+    for channel in range(CHANNELS):
+        if not has_own_string(p, channel):
+            pedals |= p.controls.channel[channel].pedal
+    p.controls.channel[ANY].pedal = pedals
 
 
 @jit
@@ -278,12 +290,11 @@ def update_idle(p):
     idle, held = 0, False
     for i in range(p.strings):
         held = held or p.hands.state[i] != FREE
-    with_pedal = p.answering in (WITH_PEDAL, WHILE_HELD) and pedal_is_down(p)
-    ringing_on = p.answering == ALWAYS or with_pedal
-    if ringing_on or (p.answering == WHILE_HELD and held):
-        for i in range(p.strings):
-            if p.hands.state[i] == FREE:
-                idle |= 1 << i
+    ringing_on = p.answering == ALWAYS or pedal_is_down(p)
+    free = ringing_on or (p.answering == WHILE_HELD and held)
+    for i in range(p.strings):
+        if p.hands.state[i] == FREE and (free or rings_on(p, i)):
+            idle |= 1 << i
     if ringing_on and idle != 0:
         idle |= RING_ON
     if idle == p.idle:

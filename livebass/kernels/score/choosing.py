@@ -1,9 +1,10 @@
 """Chooses the bass parts of a MIDI file: one rule for everything that plays files.
 
 `choose` takes what was requested: a channel, a part, all but drums; of a take, everything. Otherwise `choose_by_rule`
-takes the first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
-program; the only part that is not drums; of several parts without programs, the lowest in a bass's range. Of two chosen
-parts with the same notes, as files make a fuller sound, one plays.
+takes the first of these with any notes: the bass of a style; notes with a bass program of General MIDI; tracks called
+bass; a zone without a program; the only part that is not drums; of several parts without programs, or with the program
+"Bass + Lead", the lowest in a bass's range. Of two chosen parts with the same notes, as files make a fuller sound, one
+plays.
 """
 
 import numpy as np
@@ -11,9 +12,12 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, inlined
 from livebass.kernels.machine.native import bytes_at, words_at
 from livebass.kernels.score import memory, remarks
-from livebass.kernels.score.programs import is_bass_program
+from livebass.kernels.score.programs import BASS_AND_LEAD, UNLIKE, is_bass_program
+from livebass.kernels.score.smf import META_MARKER
 from livebass.kernels.score.sorting import sort_by, twice_median
 from livebass.kernels.score.spread import is_low
+from livebass.kernels.score.styles import bass_channel, is_style
+from livebass.kernels.score.times import frame_of
 
 jit = compiled(attributes=SMALL)
 
@@ -52,7 +56,7 @@ def choose(score, how, number):
     notes, parts = all_notes_of(score), memory.parts_of(score)
     score.remarks_count, score.alone, score.chosen = score.line_remarks, 0, 0
     for k in range(score.parts_count):
-        parts[k].chosen, parts[k].double = 0, memory.NONE
+        parts[k].chosen, parts[k].double, parts[k].unlike = 0, memory.NONE, 0
     for n in range(score.note_ons):
         notes[n].chosen = 0
     if how == OF_CHANNEL:
@@ -108,6 +112,8 @@ def choose_part(score, k):
 def choose_by_rule(score):
     """Chooses the bass parts."""
     notes = all_notes_of(score)
+    if choose_style(score):
+        return
     for n in range(score.note_ons):
         if notes[n].drums == 0 and is_bass_program(notes[n].program):
             choose_note(score, notes[n])
@@ -118,6 +124,47 @@ def choose_by_rule(score):
         leave_doubles(score)
     elif not choose_zone(score):
         choose_by_place(score)
+
+
+@jit
+def choose_style(score):
+    """Chooses the bass of a style, of its variants the first of each section; returns False if there is none."""
+    if not is_style(score):
+        return False
+    notes, file = all_notes_of(score), memory.file_at(score.file)
+    texts, section, text, n, maximum = memory.texts_at(file.text_rows, file.texts), memory.NONE, 0, 0, 0
+    while n < score.note_ons:
+        begin = frame_of_note(score, n)
+        while text < file.texts and (texts[text].kind != META_MARKER or frame_of(score, texts[text].tick) <= begin):
+            section = text if texts[text].kind == META_MARKER else section
+            text += 1
+        end = frame_of(score, texts[text].tick) if text < file.texts else score.end + 1
+        after, sounding = n, np.int64(0)
+        while after < score.note_ons and frame_of_note(score, after) < end:
+            sounding |= np.int64(1) << channel_of_note(score, after)
+            after += 1
+        channel, variants = bass_channel(score, section, sounding)
+        maximum = max(maximum, variants)
+        for k in range(n, after):
+            if channel_of_note(score, k) == channel:
+                choose_note(score, notes[k])
+        n = after
+    give_reasons(score, remarks.OF_STYLE, remarks.NOT_OF_STYLE)
+    if maximum > 1:
+        remarks.add_remark(score, remarks.VARIANTS, maximum, 0, 0, 0)
+    return score.chosen > 0
+
+
+@jit
+def frame_of_note(score, n):
+    """The frame at which note `n` begins."""
+    return memory.timed_at(score.clean, score.clean_count)[all_notes_of(score)[n].place].frame
+
+
+@jit
+def channel_of_note(score, n):
+    """The channel of note `n` in the file."""
+    return np.int64(memory.lines_of(score)[memory.parts_of(score)[all_notes_of(score)[n].part].line].channel)
 
 
 @jit
@@ -264,17 +311,50 @@ def is_alone(score, track):
 
 @jit
 def choose_by_name(score):
-    """Chooses the parts that are called bass; returns False if there are none."""
-    parts = memory.parts_of(score)
+    """Chooses the parts that are called bass; returns False if there are none.
+
+    Voices, winds and drums are none beside another. "Bass + Lead", as tracks are also named by this program, is one by
+    its height alone.
+    """
+    parts, unlike = memory.parts_of(score), 0
     for k in range(score.parts_count):
         if parts[k].drums == 0 and is_called_bass(score, parts[k]):
-            choose_part(score, k)
+            if is_unlike(score, parts[k]):
+                parts[k].unlike = 1
+                unlike += 1
+            elif not is_lead(score, parts[k]):
+                choose_part(score, k)
+    if score.chosen == 0 and unlike > 0:
+        for k in range(score.parts_count):
+            if parts[k].unlike == 1:
+                choose_part(score, k)
     if score.chosen == 0:
         return False
     give_reasons(score, remarks.CALLED_BASS, remarks.NOT_CALLED_BASS)
     score.alone = 1
     remark_called(score)
     return True
+
+
+@jit
+def is_unlike(score, part):
+    """True if all notes of a part have programs of voices, winds or drums."""
+    notes, of_part = all_notes_of(score), words_at(score.of_part, score.note_ons)
+    for n in range(part.start, part.filled):
+        program = notes[of_part[n]].program
+        if program == memory.NONE or UNLIKE[program] == 0:
+            return False
+    return True
+
+
+@jit
+def is_lead(score, part):
+    """True if all notes of a part have the program "Bass + Lead", and it lies too high for a bass."""
+    notes, of_part = all_notes_of(score), words_at(score.of_part, score.note_ons)
+    for n in range(part.start, part.filled):
+        if notes[of_part[n]].program != BASS_AND_LEAD:
+            return False
+    return not is_low_part(score, part)
 
 
 @jit
@@ -316,7 +396,7 @@ def choose_zone(score):
 
 @jit
 def choose_by_place(score):
-    """Chooses the only part that is not drums, or the lowest without a program in a bass's range."""
+    """Chooses the only part that is not drums, or the lowest in a bass's range without a program, or "Bass + Lead"."""
     parts, melodic, only, lowest, middle = (
         memory.parts_of(score),
         0,
@@ -353,12 +433,12 @@ def choose_whole(score, k, remark):
 
 @jit
 def is_low_part(score, part):
-    """True if notes without a program lie where a bass plays; `counts` has them by key."""
+    """True if notes without a program, or "Bass + Lead", lie where a bass plays; `counts` has them by key."""
     notes, of_part = all_notes_of(score), words_at(score.of_part, score.note_ons)
     score.counts[:] = 0
     for n in range(part.start, part.filled):
         note = notes[of_part[n]]
-        if note.program != memory.NONE:
+        if note.program not in (memory.NONE, BASS_AND_LEAD):
             return False
         score.counts[note.key] += 1
     return is_low(score.counts, part.notes)
@@ -402,4 +482,6 @@ def reason_of(score, part):
         return score.why
     if part.drums == 1:
         return np.int64(remarks.DRUMS)
+    if part.unlike == 1:
+        return np.int64(remarks.UNLIKE)
     return np.int64(remarks.DOUBLE) if part.double != memory.NONE else score.else_why

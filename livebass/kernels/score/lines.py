@@ -9,6 +9,7 @@ from livebass.kernels.player.performer import CHANNELS
 from livebass.kernels.score import memory
 from livebass.kernels.score.kits import MELODIC
 from livebass.kernels.score.remarks import PORTAMENTO, add_remark
+from livebass.kernels.score.smf import MAX_EVENTS
 from livebass.kernels.score.sorting import fill_order, sort_by
 from livebass.kernels.score.times import frame_of
 from livebass.rows.techniques import BEND_STARTS, FUNCTION_ROWS
@@ -18,6 +19,7 @@ jit = compiled(attributes=SMALL)
 LONGEST = 24 * 3600  # s, of a score
 LONGEST_REST = 60  # s from the last note to the end of a file; a longer rest is cut off
 LAST_NOTE = 10  # s that a note without end lasts there
+MAX_PARTS = 4096
 PORTAMENTO_TIME = FUNCTION_ROWS["bend"].controllers[0]  # a controller; livebass takes bend with it
 
 
@@ -153,9 +155,10 @@ def find_parts(score):
     sort_by(order, spare, met, count)
     score.parts_count = 0
     for k in range(count):
-        if k == 0 or met[order[k]] != met[order[k - 1]]:
+        if score.parts_count <= MAX_PARTS and (k == 0 or met[order[k]] != met[order[k - 1]]):
             add_part(score, met[order[k]] >> 32, met[order[k]] & 0xFFFFFFFF)
-    assign_parts(score)
+    if score.parts_count <= MAX_PARTS:
+        assign_parts(score)
 
 
 @jit
@@ -266,7 +269,8 @@ def set_apart(score):
         if line.split == 1 and memory.kind_of(row) == NOTE_ON and memory.parts_of(score)[line.first_part].line < base:
             split_line(score, line)
     for k in range(score.events_count):
-        score.copies += copies_of(score, rows[k])
+        if score.copies <= MAX_EVENTS:  # no more are counted
+            score.copies += copies_of(score, rows[k])
 
 
 @jit

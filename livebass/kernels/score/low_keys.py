@@ -3,7 +3,7 @@
 A livebass reads keys below its lowest note as key switches if its key map has them. In a foreign file they are notes if
 they look like notes: each sounds alone, as long as the others. A key switch is brief, or held while notes begin. Notes
 move up by octaves. Other keys beyond the range that look like switches are those of another instrument: they are left
-out.
+out. So is one that is sent again before the note.
 """
 
 import numpy as np
@@ -169,13 +169,19 @@ def find_switches(f):
     if notes == 0:
         return False
     short = SHORT * median_of(marks, words_of(f, 3), words_of(f, 4), notes)
-    for n in range(f.notes):
+    again = f.down[0]  # by key: the next stroke, if it is a switch before whose note no other begins
+    again[:] = NONE
+    for n in range(f.notes - 1, -1, -1):
         marks[n] = 0
-        if is_other(f, keys[n]) and not f.lowest <= keys[n] <= f.highest:
+        if f.lowest <= keys[n] <= f.highest:
+            again[:] = NONE
+        elif is_other(f, keys[n]):
             beyond += 1
-            is_far = keys[n] < near - FAR or keys[n] > far + FAR
-            if looks_like_switch(f, begins[n], ends[n], ends[n] - begins[n] < short, is_far, notes):
-                marks[n] = 1
+            is_far, brief = keys[n] < near - FAR or keys[n] > far + FAR, ends[n] - begins[n] < short
+            twice = brief and again[keys[n]] != NONE
+            again[keys[n]] = NONE
+            if twice or looks_like_switch(f, begins[n], ends[n], brief, is_far, notes):
+                marks[n], again[keys[n]] = 1, n
                 found += 1
     return found > 0 and found >= MAXIMUM * beyond
 
@@ -227,7 +233,7 @@ def take_switches(f):
 def are_notes(f):
     """True if most low keys that would switch look like notes."""
     begins, ends, keys = strokes_of(f)
-    low, others, alike, first_low, first_other = 0, 0, 0, np.int64(0), np.int64(0)
+    low, others, alike, last_low, first_other, key = 0, 0, 0, np.int64(0), np.int64(0), np.int64(NONE)
     lengths = words_of(f, 2)
     for n in range(f.notes):
         if is_other(f, keys[n]):
@@ -235,11 +241,12 @@ def are_notes(f):
             lengths[others] = ends[n] - begins[n]
             others += 1
         elif is_low(f, keys[n]):
-            first_low = begins[n] if low == 0 else first_low
+            key = keys[n] if low == 0 or keys[n] == key else np.int64(NONE)
+            last_low = begins[n]
             low += 1
     if low == 0 or others == 0:
         return low > 0
-    if low == 1 and first_low < first_other:  # a switch before the first note
+    if low <= 2 and key != NONE and last_low < first_other:  # a switch before the first note, perhaps sent again
         return False
     short = SHORT * median_of(lengths, words_of(f, 3), words_of(f, 4), others)
     long = find_long(f)

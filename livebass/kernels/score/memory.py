@@ -10,7 +10,7 @@ from livebass.compiling import SMALL, compiled, inlined
 from livebass.kernels.machine.native import bytes_at, record_at, records_at, words_at
 from livebass.kernels.player.messages import CONTROL, NOTE_OFF, NOTE_ON
 from livebass.kernels.player.performer import CHANNELS
-from livebass.kernels.score.records import EXCLUSIVE, FILE, MESSAGE, REMARK, TEMPO
+from livebass.kernels.score.records import EXCLUSIVE, FILE, MESSAGE, REMARK, TEMPO, TEXT
 
 jit = compiled(attributes=SMALL)
 
@@ -26,7 +26,7 @@ IS_BASS, IS_OTHER, IS_DRUMS, BASS_INSTRUMENT, NAMED = 1, 2, 4, 8, 16
 TRACK_NAME = CHANNELS
 NAMES = CHANNELS + 1
 # Errors
-TOO_LONG = 1
+TOO_LONG, TOO_MUCH = 1, 2
 
 # A message with its frame
 TIMED = np.dtype(
@@ -104,6 +104,7 @@ PART = np.dtype(
         ("double", "i4"),  # part that has its notes, too; NONE
         ("wanted", "u1"),  # 1: a line of an instrument that may spread over several
         ("drums", "u1"),  # 1: all notes are drums
+        ("unlike", "u1"),  # 1: it is called bass, but its programs are others
     ],
     align=True,
 )
@@ -162,7 +163,7 @@ SCORE = np.dtype(
         ("more_bytes", "i8"),
         ("free", "i8"),
         # Found
-        ("error", "i8"),  # 0 or TOO_LONG
+        ("error", "i8"),  # 0, TOO_LONG or TOO_MUCH
         ("last", "i8"),  # frame of the last note-on or note-off
         ("end", "i8"),  # frame of the end of the file
         ("has_zone", "i8"),
@@ -240,7 +241,7 @@ LISTED = np.dtype(
 )
 
 file_at, score_at, listed_at, cleaning_at = map(record_at, (FILE, SCORE, LISTED, CLEANING))
-messages_at, tempos_at, exclusives_at, remarks_at = map(records_at, (MESSAGE, TEMPO, EXCLUSIVE, REMARK))
+messages_at, tempos_at, exclusives_at, remarks_at, texts_at = map(records_at, (MESSAGE, TEMPO, EXCLUSIVE, REMARK, TEXT))
 timed_at, played_at, notes_at, lines_at, parts_at = map(records_at, (TIMED, PLAYED, NOTE, LINE, PART))
 tracks_at, segments_at, sent_at = map(records_at, (TRACK, SEGMENT, SENT))
 

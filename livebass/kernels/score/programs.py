@@ -6,6 +6,7 @@ from livebass.compiling import SMALL, compiled
 from livebass.kernels.player.messages import NOTE_ON
 from livebass.kernels.score.kits import BANK, has_drums, reset_kits
 from livebass.kernels.score.memory import (
+    KEYS,
     NONE,
     PROGRAM,
     is_control,
@@ -19,6 +20,12 @@ jit = compiled(attributes=SMALL)
 
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 FIRST_BASS, LAST_BASS = BASS_PROGRAMS[0], BASS_PROGRAMS[-1]
+BASS_AND_LEAD = 87  # named for both: its notes tell which
+# Mallets, free reeds, timpani, voices, brass, reeds, pipes and drums: of several parts that are called bass, the voice,
+# the wind or the drum is the other
+UNLIKE = np.zeros(KEYS, np.int64)
+UNLIKE[8:16] = UNLIKE[20:24] = UNLIKE[52:55] = UNLIKE[56:80] = UNLIKE[112:120] = 1
+UNLIKE[[47, 85, 91, 108, 109, 111]] = 1
 SEVERAL = -2  # instead of a program
 
 

@@ -1,13 +1,15 @@
 """The C functions that read a score, in this order.
 
 1. The shell fills FILE and the rows that SCORE names. `measure_lines` sets `bytes`, the size of `memory`.
-2. `read_lines` finds lines, zones and tunings, and sets `more_bytes`, the size of `more`; returns TOO_LONG or 0.
+2. `read_lines` finds lines, zones and tunings, and sets `more_bytes`, the size of `more`; returns TOO_LONG, TOO_MUCH
+   or 0.
 3. `read_parts_of` cleans the messages and finds the parts, `parts_count` of them.
 4. `choose_notes` chooses notes, as often as wanted: `played_count` PLAYED at `played`, `program`, `end`, and
    `remarks_count` REMARK at `remarks`. `describe_part` lists a part of the last choice.
 
 `memory` and `more` together take about 150 bytes a message. If tracks share a channel but have programs of their own, a
-message of another track there counts once for each of them.
+message of another track there counts once for each of them: TOO_MUCH says that there are more than MAX_EVENTS then, or
+more than MAX_PARTS parts.
 """
 
 import numpy as np
@@ -21,6 +23,7 @@ from livebass.kernels.score.apart import copy_events, end_by_others
 from livebass.kernels.score.choosing import choose, group_notes, list_part
 from livebass.kernels.score.cleaning import clean
 from livebass.kernels.score.lines import (
+    MAX_PARTS,
     count_notes,
     drop_portamento,
     end_soon,
@@ -36,6 +39,7 @@ from livebass.kernels.score.lines import (
 from livebass.kernels.score.modes import find_zone
 from livebass.kernels.score.programs import choose_programs, read_notes
 from livebass.kernels.score.records import REMARK
+from livebass.kernels.score.smf import MAX_EVENTS
 from livebass.kernels.score.spread import MODE_MESSAGES, join_spread
 from livebass.kernels.score.times import find_times, frame_of
 from livebass.kernels.score.tunings import remark_tunings
@@ -92,7 +96,7 @@ def lay_out_lines(score):
 
 @entry("int64(int64)", SMALL)
 def read_lines(address):
-    """Finds the lines of the SCORE at an address; returns 0 or TOO_LONG."""
+    """Finds the lines of the SCORE at an address; returns 0, TOO_LONG or TOO_MUCH."""
     score = memory.score_at(address)
     lay_out_lines(score)
     score.error, score.remarks_count, score.has_zone, score.parts_count, score.splits = 0, 0, 0, 0, 0
@@ -104,12 +108,18 @@ def read_lines(address):
         return score.error
     fill_exclusives(score)
     find_parts(score)
+    if score.parts_count > MAX_PARTS:
+        score.error = memory.TOO_MUCH
+        return score.error
     if score.take == 1:
         lines, score.has_zone, score.copies = memory.lines_of(score), 1, score.events_count
         for k in range(score.lines_count):
             lines[k].zone = 1
     else:
         find_instruments(score)
+    if score.copies > MAX_EVENTS:
+        score.error = memory.TOO_MUCH
+        return score.error
     score.line_remarks = score.remarks_count
     count_notes(score)
     score.more = 0

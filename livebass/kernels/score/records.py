@@ -21,6 +21,9 @@ FILE = np.dtype(
         ("exclusives", "i8"),
         ("texts", "i8"),
         ("remarks", "i8"),
+        ("text_rows", "i8"),  # address of the TEXT rows
+        ("casm", "i8"),  # first byte in the chunk of a style (styles.py) ...
+        ("casm_size", "i8"),  # ... and how many it has; 0: the file is no style
         ("error", "i8"),  # code; 0: none
         ("numbers", "i8", (6,)),  # of the error
     ],
@@ -44,7 +47,7 @@ TEMPO = np.dtype([("tick", "i8"), ("us", "i8")])  # us per quarter note; rows by
 METER = np.dtype([("tick", "i8"), ("over", "i8"), ("under", "i8")])  # a bar has 4 * over / under quarter notes; by tick
 EXCLUSIVE = np.dtype([("tick", "i8"), ("port", "i8"), ("at", "i8"), ("size", "i8")])  # bytes without F0 and F7; by tick
 
-# A text, or a name of a track, its instrument or one of its channels
+# A text, a marker, or a name of a track, its instrument or one of its channels
 TEXT = np.dtype(
     [
         ("tick", "i8"),

@@ -16,11 +16,13 @@ CALLED = 106  # a part that is called bass; remarks of several follow each other
 ONLY_PART = 107  # the part
 LOWEST_PART = 108  # the part
 DOUBLES = 109  # track and channel that are left out, track and channel that have their notes
+VARIANTS = 110  # number of variants of a style's bass
 # Reasons for which a part plays or does not
 NO_REASON, REQUESTED, OTHER_CHANNEL, A_TAKE, DRUMS, BASS_PROGRAM, NO_BASS_PROGRAM, CALLED_BASS, NOT_CALLED_BASS = range(
     9
 )
 CHANNEL_A_STRING, NOT_OF_INSTRUMENT, THE_ONLY_PART, LOW_PART, HIGHER_PART, NO_BASS, DOUBLE, OTHER_PART = range(9, 17)
+OF_STYLE, NOT_OF_STYLE, UNLIKE = range(17, 20)
 
 
 @jit

@@ -4,9 +4,9 @@ Real files have harmless damage, which only causes a remark: a header with the w
 lengths, stray bytes before the header or between chunks, data bytes above 0x7F, real-time messages within a track,
 impossible tempos. From a RIFF file (.rmi) it reads the file inside. Other damage is an error.
 
-`measure_smf` reads a file and counts its rows; `fill_smf` reads it again and writes them. A file of n bytes has at most
-n / 2 messages, so the memory is at most 24 n bytes. Errors and remarks are codes with numbers; where a place is named,
-these begin with the track, from 1, the number of tracks, and the byte, from the header's first. [any thread but audio]
+`measure_smf` reads a file and counts its rows, at most MAX_EVENTS; `fill_smf` reads it again and writes them. Errors
+and remarks are codes with numbers; where a place is named, these begin with the track, from 1, the number of tracks,
+and the byte, from the header's first. [any thread but audio]
 """
 
 import numpy as np
@@ -44,8 +44,11 @@ MAX_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 CHUNK_HEAD = 8  # bytes: name and length
 MAX_CHUNKS = 256  # of other kinds in a row; more are stray bytes, or a damaged file could take minutes
 WORD = 8  # bytes
-MTHD, MTRK, RIFF, RMID, DATA = (int.from_bytes(name) for name in (b"MThd", b"MTrk", b"RIFF", b"RMID", b"data"))
-META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_CHANNEL, META_PORT = 0x01, 0x03, 0x04, 0x20, 0x21
+MTHD, MTRK, RIFF, RMID, DATA, CASM = (
+    int.from_bytes(name) for name in (b"MThd", b"MTrk", b"RIFF", b"RMID", b"data", b"CASM")
+)
+MAX_EVENTS = 1_000_000  # that are kept: a score takes up to 400 bytes for each
+META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_MARKER, META_CHANNEL, META_PORT = 0x01, 0x03, 0x04, 0x06, 0x20, 0x21
 META_END, META_TEMPO, META_METER = 0x2F, 0x51, 0x58
 MAX_UNDER = 7  # of a meter: the power of two of a bar's unit
 NONE, SEVERAL = -1, -2  # ports that a track sets
@@ -59,6 +62,7 @@ GOOD = 0
 EMPTY, NO_MIDI, FOREIGN, SHORT_HEADER, BAD_KIND, NO_TICKS, BAD_TIME_CODE = range(1, 8)
 # Errors with a place: no track; a data byte, the fourth number, without a status
 NO_TRACK, NO_STATUS = 8, 9
+TOO_MANY = 10  # events, the fourth number
 # With the part: CUT, bytes that it has and that are left; LONG, a number longer than 4 bytes
 CUT, LONG = 16, 32
 (
@@ -241,7 +245,10 @@ def is_mark(data, at, size):
 
 @jit
 def take_text(smf, data, kind, at, size):
-    """Keeps a mark, a text at the beginning, and the first name of each kind that a track or a channel has."""
+    """Keeps a mark, a marker, a text at the beginning, and the first name of each kind of a track or a channel."""
+    if kind == META_MARKER:
+        add_text(smf, kind, at, size)
+        return
     if kind == META_TEXT:
         if is_mark(data, at, size):
             add_text(smf, MARKED, at, size)
@@ -285,7 +292,7 @@ def read_meta(smf, data, start):
         smf.ended = 1
     elif kind in (META_TEMPO, META_METER):
         take_time(smf, data, kind, at, size, start)
-    elif kind in (META_TEXT, META_TRACK_NAME, META_INSTRUMENT):
+    elif kind in (META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_MARKER):
         take_text(smf, data, kind, at, size)
     elif kind == META_CHANNEL and size > 0 and data[at] < 16:
         smf.prefix = np.int64(data[at])
@@ -413,10 +420,14 @@ def is_foreign(smf, data, at):
 def seek_track(smf, data):
     """Moves to the next track chunk, past other chunks and stray bytes.
 
-    False if there is none, or another file begins first.
+    False if there is none, or another file begins first. A style's track ends with a chunk CASM; tracks within the
+    chunks behind it set up the panel of a keyboard.
     """
     at, passed = smf.at, 0
     while passed < MAX_CHUNKS and is_foreign(smf, data, at):
+        if stands(smf, data, at, CASM) and smf.file.tracks >= max(smf.file.promised, 1):
+            smf.file.casm, smf.file.casm_size = smf.header + at + CHUNK_HEAD, number_at(data, at + 4, 4)
+            return False
         at += CHUNK_HEAD + number_at(data, at + 4, 4)
         passed += 1
     if not stands(smf, data, at, MTRK):
@@ -526,6 +537,7 @@ def read_file(smf):
     smf.count[:] = 0
     smf.odd_row[:] = -1
     smf.file.error, smf.file.promised, smf.file.tracks, smf.file.end = GOOD, 0, 0, 0
+    smf.file.casm, smf.file.casm_size = 0, 0
     smf.another, smf.sounding = -1, -1
     if not seek_header(smf):
         return False
@@ -541,7 +553,11 @@ def measure_smf(address):
     if read_file(smf) and smf.file.kind == 2 and smf.file.tracks > 1:
         smf.file.played = max(smf.sounding, 0)
         read_file(smf)
-    largest = np.int64(0)
+    largest, events = np.int64(0), np.int64(0)
+    for kind in range(REMARKS):
+        events += smf.count[kind]
+    if smf.file.error == GOOD and events > MAX_EVENTS:
+        fail(smf, TOO_MANY, 0, events, 0)
     for kind in range(len(ROW_BYTES)):
         smf.counted[kind] = smf.count[kind]
         smf.room += ROW_BYTES[kind] * smf.count[kind]
@@ -562,6 +578,7 @@ def fill_smf(address):
     for kind in range(len(ROW_BYTES)):
         smf.rows[kind] = place
         place += ROW_BYTES[kind] * smf.counted[kind]
+    smf.file.text_rows = smf.rows[TEXTS]
     read_file(smf)
     for kind in range(TEXTS):
         sort_rows(smf.rows[kind], smf.count[kind], ROW_BYTES[kind] // WORD, place)

@@ -8,30 +8,35 @@ from dataclasses import dataclass
 
 SILENCE = "silence"
 TECHNIQUES = {
-    "fingers": "fingers finger fing fng index middle fingered",
-    "pick": "pick picked plectrum plec plek",
-    "slap": "slap slapped thumb slp",
+    "fingers": "fingers finger fing fng index middle fingered fingerstyle pizz pizzicato",
+    "pick": "pick picked picking plectrum plec plek pck",
+    "slap": "slap slapped slapping thumb slp",
     "pop": "pop popped",
-    "mute": "mute muted mutes palm",  # with fingers or a pick
+    "mute": "mute muted mutes palm pm palmmute palmmuted",  # with fingers or a pick
 }
 KINDS = {
     "release": "release rel releases noteoff",
     "scrape": "scrape scrapes squeak squeaks",
     SILENCE: "silence silent",  # the electronics alone
-    "other": "dead ghost harmonic harmonics",
+    "other": "dead ghost harmonic harmonics harm harms",
 }
 DEFAULT_TECHNIQUE = "fingers"  # the technique, if nothing tells it
 NOTE = "note"  # the kind, if nothing tells it
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 PLACES = {"open": True, "stopped": False}
 LOUDNESS = ("ppp", "pp", "softest", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "hardest", "fff")
-SAME = {"med": "medium", "moderate": "medium", "softly": "soft", "quiet": "soft", "loud": "hard"}
+SAME = {
+    "med": "medium", "moderate": "medium", "softly": "soft", "quiet": "soft", "loud": "hard",
+    "pianissimo": "pp", "piano": "p", "mezzopiano": "mp", "mezzoforte": "mf", "forte": "f", "fortissimo": "ff",
+}  # fmt: skip
 MIDDLE = LOUDNESS.index("medium")
 BETWEEN = ("medium", "med", "mid", "mezzo")  # before a dynamic: nearer to the medium
 BEYOND = ("very", "extra", "super")  # before a dynamic: further from it, but not as far as the next word
 TAKE = re.compile(r"(rr|take|tk|alt|var)_?\d*")
-LAYER = re.compile(r"(?:v|vel|velo|velocity|layer|dyn)(\d{1,3})")
-NUMBERED = re.compile(r"rr|take|tk|alt|var|v|vel|velo|velocity|layer|dyn|fret")  # a number may follow as its own word
+LAYER = re.compile(r"(?:v|vl|vel|velo|velocity|lay|layer|dyn)(\d{1,3})")
+NUMBERED = re.compile(
+    r"rr|take|tk|alt|var|v|vl|vel|velo|velocity|lay|layer|dyn|fret"
+)  # a number may follow as its own word
 FRET = re.compile(r"fret\d*")
 STRING = re.compile(r"string(?!s$)([a-z0-9#]*)|str([a-g][#b]?|[1-9])?|([a-g][#b]?)str(?:ing)?")
 NAMED = re.compile(r"([a-g][#b]?)\d?")  # a string by its note
@@ -74,7 +79,11 @@ def is_quiet(name: str) -> bool:
 
 
 def words_of(name: str) -> list[str]:
-    """The words of a name, in lower case, split at capitals and after numbers, too: "stringE", "E1soft"."""
+    """The words of a name, in lower case, split at capitals and after numbers, too: "stringE", "E1soft".
+
+    "#" is a sharp, unless it stands behind a number or before a note, as in "Picked1#D1".
+    """
+    name = re.sub(r"(?<=\d)#|#(?=[A-Ga-g][#b]?\d)", " ", name)
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=\d)(?=[A-Za-z]{2})(?!(?:st|nd|rd|th)(?![a-z]))", " ", name)
     words: list[str] = []
     for word in re.split(r"[^0-9a-z#]+", parted.lower()):
@@ -106,7 +115,7 @@ def _dynamic(each: Sequence[Sequence[str]]) -> tuple[str, set[str]]:
     for words in reversed(each):
         found = _dynamics(words)
         layers = [(f"v{int(m[1])}", {w}) for w in words if (m := LAYER.fullmatch(w))]
-        sure = [match for match in found if len(match[0]) > 1]
+        sure = [match for match in found if max(map(len, match[1])) > 1]
         if sure or layers or (found and words is each[-1]):
             chosen = (sure or layers or found)[-1]
             return chosen[0], chosen[1] | {w for _, used in layers for w in used}
@@ -120,7 +129,8 @@ def _dynamics(words: Sequence[str]) -> list[tuple[str, set[str]]]:
         if not plain or (k + 1 < len(words) and word in BETWEEN and _loudness(words[k + 1])):
             continue
         before = words[k - 1] if k and words[k - 1] in (*BETWEEN, *BEYOND) else ""
-        found.append((f"{before} {plain}".strip(), {before, word} - {""}))
+        half = before == "mezzo" and plain in ("p", "f")
+        found.append((f"m{plain}" if half else f"{before} {plain}".strip(), {before, word} - {""}))
     return found
 
 

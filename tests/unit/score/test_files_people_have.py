@@ -344,6 +344,79 @@ def test_names_in_the_encodings_of_people(tmp_path: Path, name: str, encoding: s
     assert struck(score) == [72] and f'called "{name[:3]}' in score.remarks[0]
 
 
+UNLIKE = {
+    "Bass Trumpet": 56, "Bass Sackbut": 57, "Bass": 52, "Basso": 53, "Bas": 54, "Bass Shawm": 67,
+    "Bass Sheng": 20, "Orff Bass Metallophone": 11, "Bas davul": 116, "Бас": 52,
+}  # fmt: skip  # names that MuseScore 3.2.3 gives to voices, winds, mallets and drums, and their programs
+
+
+@pytest.mark.parametrize("name", UNLIKE)
+def test_a_voice_wind_or_drum_called_bass_is_none_beside_a_bass(tmp_path: Path, name: str) -> None:
+    program = bytes([UNLIKE[name]])
+    keys, other = named(b"Keys", 0, 60, 64, program=b"\0"), named(name.encode(), 1, 48, 50, program=program)
+    for bass in ("Contrabass", "Kontrabässe", "Contrabaix", "Nagybőgő", "Контрабасы"):
+        data = smf(keys, other, named(bass.encode(), 2, 28, 33, program=b"\x2b"))
+        assert struck(read(tmp_path, data)) == [28, 33], bass
+    assert struck(read(tmp_path, data, 2)) == [48, 50], "as asked for"
+    assert struck(read(tmp_path, smf(keys, other))) == [48, 50], "alone it is the bass"
+
+
+@pytest.mark.parametrize("name", [b"Bass Lead", b"Bass + Lead", b"Track 1"])
+def test_bass_and_lead_is_a_bass_by_its_height(tmp_path: Path, name: bytes) -> None:
+    """The program 88 of General MIDI is for both, and programs name tracks by it."""
+    keys = named(b"Keys", 0, 60, 64, program=b"\0")
+    low, high = named(name, 1, 28, 33, 40, program=b"\x57"), named(name, 2, 76, 79, 84, program=b"\x57")
+    assert struck(read(tmp_path, smf(keys, high, low))) == [28, 33, 40]
+    with pytest.raises(ScoreError, match="no bass notes"):
+        read(tmp_path, smf(keys, high))
+    bass = named(b"Bass", 3, 31, 35, program=b"\x50")
+    assert struck(read(tmp_path, smf(keys, high, bass))) == [31, 35]
+
+
+def style(*sections: tuple[str, tuple[int, ...]], casm: bytes, behind: bytes = b"") -> bytes:
+    """A style: in each section, the keys 40 + channel on these channels at once, all with the program 34."""
+    rows: list[tuple[int, tuple[int, ...]]] = [(0, meta(3, b"Own.sty")), (0, meta(6, b"SFF1")), (0, meta(6, b"SInt"))]
+    for channel in range(8, 16):
+        rows.append((0, (0xC0 | channel, 33)))
+    for k, (name, channels) in enumerate(sections):
+        rows.append((480 * (k + 1), meta(6, name.encode())))
+        for channel in channels:
+            rows += note_of(channel, 30 + channel, 480 * (k + 1), 480 * (k + 1) + 400)
+    track = events(*sorted(rows, key=lambda row: row[0]))
+    return smf(track, kind=0) + chunk(b"CASM", casm) + behind
+
+
+def segment(names: str, *to: tuple[int, int], kind: bytes = b"Ctab") -> bytes:
+    """A CSEG: for the sections, where each channel goes."""
+    tables = b"".join(chunk(kind, bytes([source, *b"Part    ", part, *bytes(17)])) for source, part in to)
+    return chunk(b"CSEG", chunk(b"Sdec", names.encode()) + tables)
+
+
+@pytest.mark.parametrize("kind", [b"Ctab", b"Ctb2"])
+def test_of_the_variants_of_a_styles_bass_the_first_is_played(tmp_path: Path, kind: bytes) -> None:
+    """Section by section: another channel may be the first there; the tracks behind CASM set up the keyboard."""
+    casm = segment("Main A,Fill In AA", (9, 9), (12, 10), (10, 10), (11, 11), kind=kind)
+    casm += segment("Ending A", (13, 10), (11, 10), (10, 12), kind=kind)
+    behind = chunk(b"OTSc", chunk(b"MTrk", events((0, (0xC0, 4)))))
+    played = ("Main A", (10, 11, 12)), ("Fill In AA", (10, 11)), ("Ending A", (10, 11, 13)), ("Intro A", (10, 11))
+    score = read(tmp_path, style(*played, casm=casm, behind=behind))
+    assert struck(score) == [42, 40, 43, 40], "a section that CASM does not name has its bass on channel 11"
+    (remark,) = score.remarks
+    assert remark.startswith("is a Yamaha style: of up to 2 variants")
+    assert struck(read(tmp_path, style(*played, casm=casm), 12)) == [41] * 4, "as asked for"
+
+
+def test_a_style_with_one_bass_is_played_without_a_word(tmp_path: Path) -> None:
+    score = read(tmp_path, style(("Main A", (9, 10)), ("Main B", (10,)), casm=segment("Main A,Main B", (10, 10))))
+    assert struck(score) == [40, 40] and score.remarks == ()
+
+
+def test_a_damaged_style_is_read_as_other_files(tmp_path: Path) -> None:
+    """Its bass is what has a bass program."""
+    for casm in (b"", b"CSEG", segment("Main A", (14, 11)), segment("Main A", (14, 11))[:-9], bytes(1 << 17)):
+        assert struck(read(tmp_path, style(("Main A", (11,)), casm=casm))) == [41]
+
+
 def test_an_instruments_name_counts_beside_the_tracks(tmp_path: Path) -> None:
     rows = [(0, meta(3, b"Track 3")), (0, meta(4, b"Electric Bass")), *line(1, (72, 74))]
     score = read(tmp_path, smf(events(*line(0, (60, 64))), events(*rows)))

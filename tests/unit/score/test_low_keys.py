@@ -38,6 +38,8 @@ SWITCHES = {
     "held while notes begin": [*line(30, 28, 25, 33), *note_of(0, 17, 230, 700)],
     "brief, before the notes": [*line(30, 28, 25, 33), *note_of(0, 18, 225, 230), *note_of(0, 18, 705, 710)],
     "once, before the first note": [(0, (0xC0, 33)), *note_of(0, 18, 0, 200), *note_of(0, 30, 240, 440)],
+    "twice, before the first note": [(0, (0xC0, 33)), *note_of(0, 18, 0, 110), *note_of(0, 18, 120, 230),
+                                     *note_of(0, 30, 240, 440), *note_of(0, 28, 480, 680)],
     "lower than any tuning": line(13, 30, 15, 28, 13, 25),
 }  # fmt: skip
 
@@ -60,6 +62,13 @@ def test_key_switches_stay_what_they_are(tmp_path: Path, name: str) -> None:
 FOREIGN: dict[str, Rows] = {
     "brief, before the notes": [*note_of(0, 24, -40, -10), *note_of(0, 26, 440, 470)],
     "sent twice": 2 * note_of(0, 24, -40, -10) + 2 * note_of(0, 26, 440, 470),
+    "sent again before the note": [
+        *note_of(0, 24, -90, -70),
+        *note_of(0, 24, -40, -10),
+        *note_of(0, 26, 360, 380),
+        *note_of(0, 26, 440, 470),
+    ],
+    "sent three times": [row for tick in (-90, -70, -40) for row in note_of(0, 24, tick, tick + 15)],
     "high, at the notes": [*note_of(0, 96, 0, 10), *note_of(0, 97, 720, 730)],
     "high, held": note_of(0, 84, -20, 900),
 }
@@ -72,6 +81,7 @@ NO_SWITCHES: dict[str, Rows] = {
         *note_of(0, 26, 440, 470), *note_of(0, 26, 960, 1160), *note_of(0, 24, 1200, 1400),
     ],
     "a drone": note_of(0, 26, -20, 900),
+    "brief low notes of a line that ends": [*note_of(0, 26, 960, 1000), *note_of(0, 26, 1080, 1120)],
     "high notes": [*note_of(0, 72, 960, 1160), *note_of(0, 74, 1200, 1400)],
 }  # fmt: skip
 

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
+import pytest
 from support.plain import in_plain_python
+from support.smf import END, smf
 from support.songs import damaged, digests, make
 
 from livebass.compiling import PLAIN
 from livebass.kernels.score import smf as codes
+from livebass.kernels.score.lines import MAX_PARTS
+from livebass.score.reading import ScoreError, score_in
 from livebass.score.sentences import ERRORS, REMARKS
 from livebass.score.smf import SmfError, parse_smf
 
@@ -22,6 +27,7 @@ PINNED = [
 RARE = [
     "track {0} of {1}, byte {2}: system message of {3} bytes, {4} left: the file is truncated or damaged",
     "track {0} of {1}, byte {2}: system exclusive length longer than 4 bytes",
+    f"has {{3}} events, more than {codes.MAX_EVENTS}",
 ]
 
 
@@ -49,12 +55,29 @@ def test_damaged_files_read_as_they_did() -> None:
 def test_each_error_and_remark_has_a_sentence_and_occurs() -> None:
     """All but these occur in the made-up and damaged files, in their words."""
     parts = range(codes.MESSAGE_DATA + 1)
-    assert set(ERRORS) >= {*range(1, codes.NO_STATUS + 1), *(codes.CUT + part for part in parts)}
+    assert set(ERRORS) >= {*range(1, codes.TOO_MANY + 1), *(codes.CUT + part for part in parts)}
     assert set(REMARKS) == set(range(codes.PATTERNS + 1))
     files = [b"", b"abc", *(make(seed).data for seed in range(MADE)), *map(damaged, range(DAMAGED))]
     said = "\n".join(line for data in files for line in lines(data))
     sentences = [text for of in (*ERRORS.values(), *REMARKS.values()) for text in ([of] if isinstance(of, str) else of)]
     assert [text for text in sentences if not re.search(f"^{pattern(text)}$", said, re.M)] == RARE
+
+
+@pytest.mark.parametrize("event", [b"\0\x90\x28\x40", b"\0\xff\x51\x03\x07\xa1\x20", b"\0\xf0\0", b"\0\xff\x06\0"])
+def test_a_file_of_too_many_events_is_refused(event: bytes) -> None:
+    """A score takes up to 400 bytes for an event: a file of 4 MB filled gigabytes."""
+    assert lines(smf(event * codes.MAX_EVENTS)) == ()
+    count = codes.MAX_EVENTS + 1
+    assert lines(smf(event, event * codes.MAX_EVENTS)) == (f"has {count} events, more than {codes.MAX_EVENTS}",)
+
+
+@pytest.mark.parametrize("tracks", [200, MAX_PARTS + 1])
+def test_events_that_tracks_on_one_channel_share_are_counted(tracks: int) -> None:
+    """A controller goes to each track there that has a program of its own."""
+    own = (b"\0\xc0" + bytes([k % 100]) + b"\0\x90\x28\x40\x01\x80\x28\0" + END for k in range(tracks))
+    shared = b"\0\xb0\x07\x64" * (2 * codes.MAX_EVENTS // tracks)
+    with pytest.raises(ScoreError, match="its tracks share channels"):
+        score_in(smf(shared, *own), Path("song.mid"), 48000)
 
 
 def lines(data: bytes) -> tuple[str, ...]:

@@ -150,9 +150,11 @@ static int choose(lb_score *s, char *why, size_t room) {
         lb_append(why, room, 0, NO_MEMORY);
         return 0;
     }
-    if (s->kernels->read_lines(ADDRESS(score))) {
+    const int64_t error = s->kernels->read_lines(ADDRESS(score));
+    if (error) {
         const long tenths = lrint((double)score->last / (double)score->rate / 360);
-        lb_append(why, room, 0, "lasts %ld.%ld hours, more than %d", tenths / 10, tenths % 10, LB_MAX_HOURS);
+        if (error != LB_TOO_LONG) lb_append(why, room, 0, LB_TOO_MUCH);
+        else lb_append(why, room, 0, "lasts %ld.%ld hours, more than %d", tenths / 10, tenths % 10, LB_MAX_HOURS);
         return 0;
     }
     if (!(score->more = memory(s, score->more_bytes))) {

@@ -51,8 +51,8 @@ export class Song {
     });
     this.call("measure_lines", score);
     this.give("memory", "bytes");
-    if (this.call("read_lines", score))
-      throw new Error(sentence(WORDS.tooLong, [(this.found("last") / this.rate / 3600).toFixed(1)]));
+    const error = this.call("read_lines", score);
+    if (error) throw new Error(sentence(error === N.TOO_LONG ? WORDS.tooLong : WORDS.tooMuch, [(this.found("last") / this.rate / 3600).toFixed(1)]));
     this.give("more", "more_bytes");
     return this.call("read_parts_of", score);
   }

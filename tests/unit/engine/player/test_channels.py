@@ -111,6 +111,38 @@ def test_the_pedal_holds_the_notes_of_its_channel() -> None:
     assert last_numbers(hands(*by(1, control(64, 0))), at.HAND).keys() == {A}
 
 
+def by_string(*before: Message) -> Hands:
+    """MIDI mode 4 on channels 1 to 4, after these messages: G2 sounds on channel 1, D2 on channel 2."""
+    hands = Hands()
+    hands(*before, *STRINGS_FROM_1, *by(0, on(OPEN[G])), *by(1, on(OPEN[D])))
+    return hands
+
+
+@pytest.mark.parametrize("early", [False, True], ids=["after the mode", "before the mode"])
+def test_the_pedal_of_a_strings_channel_holds_that_string(early: bool) -> None:
+    hands = by_string(*by(0, control(64, 127)) * early)
+    hands(*by(0, control(64, 127)) * (not early), *by(1, off(OPEN[D])), *by(0, off(OPEN[G])))
+    assert hands.strings("state")[:4] == [FREE, FREE, FREE, PEDALLED]
+    hands(*by(1, on(OPEN[D]), off(OPEN[D]), control(64, 0)))
+    assert hands.strings("state")[:4] == [FREE, FREE, FREE, PEDALLED], "another string's pedal does not end it"
+    assert last_numbers(hands(*by(0, control(64, 0))), at.HAND).keys() == {G}
+
+
+def test_the_pedal_of_a_channel_without_a_string_holds_all() -> None:
+    hands = by_string()
+    hands(*by(9, control(64, 127)), *by(1, off(OPEN[D])), *by(0, off(OPEN[G])))
+    assert hands.strings("state")[:4] == [FREE, FREE, PEDALLED, PEDALLED]
+    assert last_numbers(hands(*by(9, control(64, 0))), at.HAND).keys() == {D, G}
+
+
+def test_after_mode_4_a_pedal_that_stayed_down_holds_all_again() -> None:
+    hands = by_string()
+    hands(*by(0, control(64, 127)), (0xB0, 127, 0), *by(3, on(OPEN[A]), off(OPEN[A])))
+    assert hands.strings("state")[A] == FREE, "channels have their own pedals there"
+    hands(*by(0, on(OPEN[A]), off(OPEN[A])))
+    assert hands.strings("state")[A] == PEDALLED
+
+
 def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
     hands = two(bass(answering="pedal"))
     assert last_numbers(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100 | at.RING_ON)
