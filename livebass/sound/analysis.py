@@ -4,13 +4,17 @@ Sounds are (n,) arrays in any unit, rates in Hz, times in s from the first sampl
 eq. 14 and figures 5 to 7; for the pitch YIN, A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002),
 1917-1930, steps 2 to 5. These are: the squared difference of the sound and itself a lag later, summed over a window;
 divided by its mean over all shorter lags; its first dip below a threshold; a parabola through the lowest three points.
-Step 6, the best local estimate, is omitted: it smooths over time and would lose a glide.
+Step 6, the best local estimate, is omitted: it smooths over time and would lose a glide. One threshold for all sounds
+takes a note an octave up if its second partial is far above the first. So the dip must also be one of the deepest, as
+P. McLeod and G. Wyvill, A smarter way to find pitch, Proc. ICMC 2005, 138-141, take the first peak near the highest.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -201,6 +205,9 @@ def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]
 
 
 THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be aperiodic
+SHALLOW = 4.0  # times the deepest dip: a higher dip is passed over ...
+FAINT = 0.008  # ... unless it is lower than this: 24 dB below the rest, other strings and the body may answer
+OPEN, STEEP = 2.0, 8  # the low-pass filter for that: corner over the frequency of the first dip, at least; order
 DECAY_STEPS = 4  # of the fixed point that finds a partial's frequency and decay
 CHUNK = 256  # frames at a time, to bound the memory
 
@@ -226,7 +233,9 @@ def fundamental(
     """Measures the fundamental frequency over time by YIN.
 
     Source: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930, steps 2 to 5. Lags are
-    multiples of a sample, refined to about a thousandth of one.
+    multiples of a sample, refined to about a thousandth of one. The first dip below the threshold is passed over if a
+    later one is four times as deep in the lower partials: a second, third or fourth partial may be 20 dB above the
+    others, and the fundamental may be missing.
 
     Args:
         sound: (n,), in any unit.
@@ -257,8 +266,16 @@ def fundamental(
     if sound.size < width + longest:
         raise ValueError(f"{sound.size / rate:.3g} s of sound: at least {(width + longest) / rate:.3g} s are needed")
     frames = sliding_window_view(sound, width + longest)[::step]
-    parts = [_lags(frames[i : i + CHUNK], width, longest, shortest, threshold) for i in range(0, len(frames), CHUNK)]
-    lag, rest = (np.concatenate(column) for column in zip(*parts, strict=True))
+    lag, rest = np.empty((2, len(frames)))
+
+    @cache
+    def dulled(corner: float) -> Floats:
+        return sliding_window_view(_dulled(sound, corner), width + longest)[::step]
+
+    for part in (slice(i, i + CHUNK) for i in range(0, len(frames), CHUNK)):
+        lag[part], rest[part], normal = _lags(frames[part], width, longest, shortest, threshold)
+        if threshold is not None:
+            _pass_over_shallow(lag[part], rest[part], normal, dulled, part, width)
     middle: Floats = (np.arange(len(frames), dtype=np.float64) * step + (width + longest) / 2) / rate
     return Pitch(middle, rate / lag, rest)
 
@@ -328,8 +345,65 @@ def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
     return (np.asarray(frequency_hz, np.float64) - reference_hz) / reference_hz
 
 
-def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: float | None) -> tuple[Floats, Floats]:
-    """Period in samples, NaN if there is none, and the normalised difference there, (frames,) each."""
+def _lags(
+    frames: Floats, width: int, longest: int, shortest: int, threshold: float | None
+) -> tuple[Floats, Floats, Floats]:
+    """Period in samples, NaN if there is none, and the normalised difference there, (frames,) each, and at all lags."""
+    difference, normal = _differences(frames, width, longest)
+    lag, rest = np.full(len(frames), np.nan), np.ones(len(frames))
+    for i, d in enumerate(normal):
+        minimum = float(d[shortest:longest].min())
+        k = _dip(d, shortest, longest, np.nextafter(minimum, 2) if threshold is None else threshold)
+        lag[i], rest[i] = (np.nan, minimum) if k is None else (_bottom(difference[i], k), d[k])
+    return lag, rest, normal
+
+
+def _pass_over_shallow(
+    lag: Floats, rest: Floats, normal: Floats, dulled: Callable[[float], Floats], part: slice, width: int
+) -> None:
+    """Replaces the periods of `lag` by longer ones whose dips are much deeper, and `rest` by `normal` there.
+
+    `dulled` gives all frames, of which these are a `part`, without what is above a corner (1/samples). Higher partials
+    are not harmonic: they hide how deep a dip is, and one of them may fit a period that the string does not have.
+    """
+    longest = normal.shape[1] - 1
+    octave = np.ceil(2 * np.log2(OPEN / lag)) / 2  # in halves, so that few corners are needed
+    for each in np.unique(octave[np.isfinite(octave)]):
+        which = np.flatnonzero(octave == each)
+        for i, difference, d in zip(which, *_differences(dulled(2.0**each)[part][which], width, longest), strict=True):
+            near = round(9 / 8 * lag[i])  # what is left out may have shifted the dip
+            limit = max(FAINT, SHALLOW * float(d[near:longest].min(initial=1.0)))
+            later = _dip(d, near, longest, limit) if d[2 * round(lag[i]) - near : near].min() >= limit else None
+            if later is not None:
+                lag[i], rest[i] = _bottom(difference, later), normal[i, later]
+
+
+def _dip(normal: Floats, shortest: int, longest: int, threshold: float) -> int | None:
+    """The lowest lag of the first dip of `normal` (lags,) that goes below `threshold`; None without one."""
+    below = np.flatnonzero(normal[shortest:longest] < threshold)
+    if not below.size:
+        return None
+    k = shortest + int(below[0])
+    while k + 1 < longest and normal[k + 1] < normal[k]:
+        k += 1
+    return k
+
+
+def _bottom(difference: Floats, k: int) -> float:
+    """The lag at the bottom of the parabola through the `difference` at lags `k` - 1 to `k` + 1."""
+    bend = difference[k - 1] - 2 * difference[k] + difference[k + 1]
+    return float(k + (0.5 * (difference[k - 1] - difference[k + 1]) / bend if bend > 0 else 0.0))
+
+
+def _dulled(sound: Floats, corner: float) -> Floats:
+    """`sound` (n,) without what is above `corner` (1/samples), and without delay."""
+    spectrum = np.fft.rfft(sound)
+    spectrum /= 1 + (np.fft.rfftfreq(sound.size) / corner) ** STEEP
+    return np.fft.irfft(spectrum, sound.size)
+
+
+def _differences(frames: Floats, width: int, longest: int) -> tuple[Floats, Floats]:
+    """The squared difference of each frame and itself a lag later, and the same normalised, (frames, lags) each."""
     size = 1 << (frames.shape[1] - 1).bit_length()  # up to the longest lag, nothing wraps around
     spectrum = np.fft.rfft(frames, size)
     cross = np.fft.irfft(spectrum * np.conj(np.fft.rfft(frames[:, :width], size)), size)[:, : longest + 1]
@@ -340,17 +414,4 @@ def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: fl
     mean = np.cumsum(difference[:, 1:], axis=1) / np.arange(1, longest + 1)
     normal = np.ones_like(difference)  # eq. 8
     np.divide(difference[:, 1:], mean, out=normal[:, 1:], where=mean > 0)
-    lag, rest = np.full(len(frames), np.nan), np.ones(len(frames))
-    for i, d in enumerate(normal):
-        minimum = float(d[shortest:longest].min())
-        below = np.flatnonzero(d[shortest:longest] <= minimum if threshold is None else d[shortest:longest] < threshold)
-        if not below.size:
-            rest[i] = minimum
-            continue
-        k = shortest + int(below[0])
-        while k + 1 < longest and d[k + 1] < d[k]:
-            k += 1
-        bend = difference[i, k - 1] - 2 * difference[i, k] + difference[i, k + 1]
-        lag[i] = k + (0.5 * (difference[i, k - 1] - difference[i, k + 1]) / bend if bend > 0 else 0.0)
-        rest[i] = d[k]
-    return lag, rest
+    return difference, normal

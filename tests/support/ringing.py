@@ -54,6 +54,26 @@ def tone(
     return np.asarray(10 ** (level_db / 20) * sound / np.abs(sound).max())
 
 
+def uneven(
+    f0: float, levels_db: dict[int, float], seconds: float = 1.0, rate: int = RATE, glide: float = 0.0,
+    inharmonicity: float = 1e-4,
+) -> Floats:  # fmt: skip
+    """A note of stiff partials 1 to 30, plucked at a fifth of the string; it glides by `glide` octaves a second.
+
+    levels_db: of single partials, over that of partial 1 of such a pluck.
+    """
+    t = np.arange(round(seconds * rate)) / rate
+    phase = 2 * math.pi * np.cumsum(f0 * 2 ** (glide * t)) / rate
+    sound = np.zeros(t.size)
+    for j in range(1, 31):
+        level = math.sin(math.pi / 5 * j) / j
+        if j in levels_db:
+            level = math.sin(math.pi / 5) * 10 ** (levels_db[j] / 20)
+        ratio = j * math.sqrt((1 + inharmonicity * j**2) / (1 + inharmonicity))
+        sound += level * np.exp(-1.15 * (0.85 + 0.15 * j) * t) * np.sin(ratio * phase)
+    return np.asarray(0.5 * sound / np.abs(sound).max())
+
+
 def save_tones(folder: Path, **files: Floats) -> Path:
     """Writes sounds at NOTE_RATE as WAV files of these names, where "__" is a "/"; returns `folder`."""
     for name, sound in files.items():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.levels import sine
+from support.ringing import uneven
 from support.strings import paper_g, tiny
 
 from livebass.lab.analysis.motion import (
@@ -82,6 +83,38 @@ def test_the_pitch_of_a_tone(frequency: float) -> None:
     pitch = fundamental(sound, RATE)
     np.testing.assert_allclose(pitch.frequency_hz, frequency, rtol=2e-4)
     assert pitch.aperiodicity.max() < 0.01
+
+
+@pytest.mark.parametrize("rate", [44_100, 48_000, 96_000])
+@pytest.mark.parametrize(
+    "levels_db", [{2: 12}, {2: 20}, {1: -20, 2: 10}, {1: -300, 2: 12}, {3: 20}, {4: 20}, {1: -300}], ids=str
+)
+def test_a_note_keeps_its_octave_whatever_its_strongest_partial(levels_db: dict[int, float], rate: int) -> None:
+    for frequency in (30.87, 41.2, 196.0):
+        pitch = fundamental(uneven(frequency, levels_db, 0.25, rate, inharmonicity=4e-4), rate, hop=0.02)
+        np.testing.assert_allclose(pitch.frequency_hz, frequency, rtol=0.015)  # upper partials alone are sharp
+
+
+@pytest.mark.parametrize("levels_db", [{}, {2: 12}, {2: 18}], ids=str)
+@pytest.mark.parametrize("glide", [0.5, -0.5])
+def test_a_glide_keeps_its_octave(levels_db: dict[int, float], glide: float) -> None:
+    pitch = fundamental(uneven(61.7, levels_db, glide=glide), RATE, hop=0.02)
+    np.testing.assert_allclose(pitch.frequency_hz, 61.7 * 2 ** (glide * pitch.time_s), rtol=0.02)
+
+
+@pytest.mark.parametrize("levels_db", [{}, {2: 12}, {2: 20}], ids=str)
+def test_a_note_in_noise_keeps_its_octave(levels_db: dict[int, float]) -> None:
+    sound = uneven(41.2, levels_db)
+    heard = fundamental(sound + 0.01 * np.random.default_rng(2).normal(size=sound.size), RATE, hop=0.02).frequency_hz
+    np.testing.assert_allclose(heard[:20], 41.2, rtol=0.01)
+
+
+def test_a_note_is_not_the_octave_below_that_something_else_whispers() -> None:
+    """Hum, or another string that answers, about 30 dB below the fundamental."""
+    note = uneven(98.0, {})
+    for frequency in (49.0, 50.0, 32.7):
+        heard = fundamental(note + sine(frequency, 1.0, RATE, 0.006), RATE, hop=0.02).frequency_hz
+        np.testing.assert_allclose(heard[:20], 98.0, rtol=0.01)
 
 
 def test_loudness_of_tones_and_silence() -> None:

@@ -10,7 +10,7 @@ import pytest
 from support.places import GROWLY, ROOT
 from support.ringing import NOTE_RATE as RATE
 from support.ringing import save_tones as save
-from support.ringing import tone
+from support.ringing import tone, uneven
 
 from livebass.lab import comparison
 from livebass.lab.comparison import measure_notes, outside, render_notes, summary
@@ -84,6 +84,11 @@ def test_several_notes_in_a_file(tmp_path: Path) -> None:
     a, b = measure_notes([tmp_path / "f.wav"])
     assert abs(cents(a.pitch / 55)) < 5 and abs(cents(b.pitch / 98)) < 5
     assert a.measures["level_1s"] == pytest.approx(-10, abs=0.5)
+
+
+def test_a_strong_second_partial_is_no_octave(tmp_path: Path) -> None:
+    save(tmp_path, e=uneven(41.2, {2: 18}, rate=RATE), g=uneven(98.0, {2: 18}, rate=RATE))
+    assert [round(69 + cents(n.pitch / 440) / 100) for n in measure_notes([tmp_path])] == [28, 43]
 
 
 def test_a_note_that_is_stopped_tells_no_more_than_it_has(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from support.command import Run, cli_text, refusal
 from support.costs import quick
 from support.own_basses import load_preset
 from support.places import RECORDINGS
-from support.ringing import RATE, pluck, ring
+from support.ringing import RATE, pluck, ring, uneven
 from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 
 from livebass.lab.identification.esprit import SAMPLES, band, components
@@ -433,6 +433,13 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         err = refusal(run, "identify", *arguments, status=status)
         assert why in err, (arguments, err)
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_low_e_whose_second_partial_is_far_above_the_first(run: Run, tmp_path: Path) -> None:
+    """Low strings of most basses have it at +5 to +19 dB, between the places of their pickups."""
+    path = save(tmp_path / "e.wav", noisy(np.concatenate([np.zeros(RATE // 5), uneven(41.2, {2: 18}, 3.0)]), 80))
+    status, out, err = run("identify", path, "--only-string")
+    assert status == 0 and "string E" in err and " 41.20" in out
 
 
 def test_a_sine_is_no_string(run: Run, tmp_path: Path) -> None:
