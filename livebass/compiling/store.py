@@ -36,7 +36,13 @@ except ImportError:  # Windows
 LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders of compiled functions, and of their compiler ...
-FILES = ("rows/techniques.py", "rows/parts.py", "rows/row.py", "rows/units.py")  # ... and the sources of their numbers
+FILES = (
+    "rows/__init__.py",
+    "rows/techniques.py",
+    "rows/parts.py",
+    "rows/row.py",
+    "rows/units.py",
+)  # ... and the sources of their numbers
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
 KEPT = re.compile(r"(kernels|objects|plugin|reference|loads)-[0-9a-f]{16}")  # directories of compiled code, by version

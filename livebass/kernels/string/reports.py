@@ -21,7 +21,7 @@ REPORTS = on_lines(
         ("voice", VOICE),  # before the first event
         ("from_frame", "i8"),  # its frame
     ]
-)  # EVENT (told_room,) follows
+)  # EVENT (report_room,) follows
 string_at = record_at(STRING)
 event_at = record_at(EVENT)
 reports_at = record_at(REPORTS)
