@@ -156,14 +156,14 @@ def test_values_and_texts_agree(plugin: Plugin) -> None:
             text = plugin.text(p.id, x)
             read = plugin.value_of(p.id, text)
             limited = text in ("0 %", "50 %")  # of unevenness, which a bass has up to here
-            assert read is not None and (limited or abs(read - x) <= 0.03 * (p.maximum - p.minimum)), (p.name, text)
+            assert read is not None and (limited or abs(read - x) <= 0.04 * (p.maximum - p.minimum)), (p.name, text)
             assert plugin.text(p.id, read) == text
 
 
-def test_values_and_texts_agree_in_vst3(bundle: Path) -> None:
+def test_values_and_texts_agree_in_vst3(vst3_bundle: Path) -> None:
     """Of all parameters: those that hosts hide, and Overload."""
     rng = np.random.default_rng(4)
-    with closing(low.Plugin(bundle)) as plugin:
+    with closing(low.Plugin(vst3_bundle)) as plugin:
         for number, p in plugin.parameters().items():
             count = 200 if number <= len(PARAMETERS) else 3
             for x in [0.0, float(p.default), 1.0, *rng.uniform(0, 1, count)]:

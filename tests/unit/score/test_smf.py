@@ -25,9 +25,9 @@ PINNED = [
     "9098f9ad", "a6b8a99f", "71078911", "5573cf86",
 ]  # fmt: skip
 RARE = [
+    f"has {{3}} events, more than {codes.MAX_EVENTS}",
     "track {0} of {1}, byte {2}: system message of {3} bytes, {4} left: the file is truncated or damaged",
     "track {0} of {1}, byte {2}: system exclusive length longer than 4 bytes",
-    f"has {{3}} events, more than {codes.MAX_EVENTS}",
 ]
 
 
