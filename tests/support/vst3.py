@@ -54,6 +54,7 @@ Data = struct(
 )  # fmt: skip
 Info = struct(type=U32, title=TEXT, short=TEXT, unit_name=TEXT, unit=I32, default=D)
 Parameter = struct(id=U32, title=TEXT, short=TEXT, unit_name=TEXT, steps=I32, default=D, unit=I32, flags=I32)
+Parameter.usual = property(lambda self: self.default)  # its name in scripts that were written for earlier checkouts
 Bus = struct(media=I32, direction=I32, channels=I32, name=TEXT, type=I32, flags=U32)
 Unit = struct(id=I32, parent=I32, name=TEXT, programs=I32)
 Programs = struct(id=I32, name=TEXT, count=I32)
