@@ -32,7 +32,7 @@ static void express(lb_instance *i, int64_t offset, int n, int what, double amou
     lb_note *note = &i->audio.notes[n];
     const int bends = what == LB_EXPRESS_BEND;
     const int reported = bends ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount + note->retuning)
-                                     : lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
+                               : lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
     note->amounts[what] = amount;
     note->unsent[what] = !reported;
     i->audio.unsent |= !reported;
