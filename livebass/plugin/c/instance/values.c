@@ -224,7 +224,8 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
 static double gauge_with(const lb_instance *i, const char *text, double value) {
     char other[256];
     for (int k = 0; k < 200; k++) {
-        const double near = lb_allowed(i, LB_GAUGE, value + (k % 2 ? 0.01 : -0.01) * ((k + 1) / 2));
+        const int steps = (k + 1) / 2;
+        const double near = lb_allowed(i, LB_GAUGE, value + (k % 2 ? 0.01 : -0.01) * steps);
         lb_value_to_text(i, LB_GAUGE, near, other, sizeof other);
         if (!strcmp(other, text)) return near;
     }

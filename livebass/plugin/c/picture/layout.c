@@ -110,7 +110,7 @@ static void add_cell(cells *c, int kind, int number) {
 /* Adds a parameter's cell to a section, after the heading if it is the first. */
 static void add_value(cells *c, int section, int first, int k) {
     if (c->count == first) add_cell(c, HEAD, section);
-    add_cell(c, k == LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
+    add_cell(c, k >= LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
 }
 
 static cells cells_of(const lb_picture *p, int page) {

@@ -456,7 +456,7 @@ static void tell_hidden(vst3 *v, int64_t at, int hidden, double value) {
     const int is_default = fabs(value - to.default_value) < (to.controller == VST3_BEND ? 1e-5 : 1e-3);
     if (is_default && to.default_value == LB_UNMOVED) {
         const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, (int)lb_value(i, LB_BASS));
-        if (in && in->key_map.function[to.controller] == LB_CC_PLACE)
+        if (in && to.controller < LB_CONTROLLERS && in->key_map.function[to.controller] == LB_CC_PLACE)
             lb_set_value_at(i, at, LB_PLUCK_POSITION, lb_value(i, LB_PLUCK_POSITION));
         return;
     }
