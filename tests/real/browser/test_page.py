@@ -1143,8 +1143,8 @@ def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
     pluck(page, 0, 3, 120)
     show_again(page)
     lift(page)
-    page.execute_script("$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate")
-    page.execute_script("$('moment').oninput()")
+    moment = "$('moment').value = see.replay.frame - see.replay.first + 0.01 * see.rate; $('moment').oninput()"
+    page.execute_script(moment)  # at once: the replay goes on
     page.find_element("id", "picture").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
     from PIL import Image
