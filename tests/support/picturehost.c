@@ -57,8 +57,8 @@ void play_host(host *h, float *out, int64_t n) {
     h->requested = 0;
 }
 void note_host(host *h, int on, int key, double velocity) {
-    if (on) lb_start_note(&h->instance, 0, 0, key, velocity, -1);
-    else lb_stop_note(&h->instance, 0, (lb_named){0, key, -1}, 0.5);
+    if (on) lb_start_note(&h->instance, 0, (lb_named){-1, 0, key, -1}, velocity);
+    else lb_stop_note(&h->instance, 0, (lb_named){-1, 0, key, -1}, 0.5);
 }
 
 void touch_host(host *h, int on, int string, int key) { lb_put_touch(&h->instance.touches, on, string, key, 0.75); }
