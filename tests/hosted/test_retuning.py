@@ -97,7 +97,7 @@ def test_a_channel_may_have_a_scale_of_its_own(plugin: Plugin, bent: Plugin, mas
         set_number(master, name, 1)
     retune(master, KEY, 0.5, "of_second")
     notes = [midi(bytes([0x91, KEY, 100])), midi(bytes([0x90, OTHER, 100]))]
-    assert near(plugin.block(8192, notes), bent.block(8192, [notes[0], tuning(0.5, KEY), notes[1]]))
+    assert near(plugin.block(8192, notes), bent.block(8192, [notes[0], tuning(0.5, KEY, channel=1), notes[1]]))
 
 
 def test_keys_outside_the_scale_are_silent(plugin: Plugin, master: Any) -> None:
