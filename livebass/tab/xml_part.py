@@ -454,20 +454,23 @@ class Part:
             self.latest.signs += (sign,)
         return at if chord else at + length
 
+    def _is_shown_again(self, element: Any) -> bool:
+        """True for a note of a staff beside one with tablature."""
+        return bool(self.staves) and staff_of(element) not in self.staves
+
     def _is_slash(self, element: Any) -> bool:
         """True for a note that only shows a rhythm."""
         return self.is_slashed or (element.findtext("notehead") or "").strip() == SLASH
 
     def _lacks(self, element: Any) -> str:
         """What to call a note that is not played; "" for one that shows another again, and for a rest."""
-        shown = self.staves and staff_of(element) not in self.staves
-        if shown or any(element.find(tag) is not None for tag in ("rest", "cue")):
+        if self._is_shown_again(element) or any(element.find(tag) is not None for tag in ("rest", "cue")):
             return ""
         return "slash note" if self._is_slash(element) else "note without a pitch"
 
     def _written(self, element: Any, at: Fraction, length: Fraction, voice: str) -> _Written | None:
         """The note of an element; None for a rest, and for what shows another note again or only a rhythm."""
-        if self.staves and staff_of(element) not in self.staves:
+        if self._is_shown_again(element):
             return None
         if element.find("cue") is not None or self._is_slash(element):
             return None
@@ -479,7 +482,7 @@ class Part:
         dynamics = element.find("notations/dynamics")
         if dynamics is not None and len(dynamics):
             self._set_force((len(self.bars) - 1, at), velocity_of(dynamics[0].tag))
-        return _Written(element, len(self.bars) - 1, at, length, voice, sounds, 0.0 if place[1] else higher)
+        return _Written(element, len(self.bars) - 1, at, length, voice, sounds, higher if place[1] is None else 0.0)
 
     def _choose_strings(self, begins: Sequence[Fraction]) -> None:
         """Gives each note its string and fret, over all voices."""

@@ -216,6 +216,12 @@ def test_a_quarter_tone_is_a_bend(alter: str, key: int, bend: float) -> None:
     assert (28, 33, 38, 43)[stroke.string] + stroke.fret == key and {y for _, y in stroke.bend} == {bend}
 
 
+def test_a_fret_is_no_quarter_tone_higher() -> None:
+    """Whatever its pitch says; not even fret 0."""
+    notes = (tab("G1", 4, 4, 3) + tab("E1", 4, 4, 0)).replace("<octave>", "<alter>0.5</alter><octave>")
+    assert [s.bend for s in performance(linked("", notes)).strokes] == [(), ()]
+
+
 REPEAT = '<barline><repeat direction="{}"/></barline>'
 ENDING = '<barline><ending number="{}" type="{}"/></barline>'
 BACK, FORWARD = REPEAT.format("backward"), REPEAT.format("forward")
