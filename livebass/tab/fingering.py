@@ -8,7 +8,7 @@ are completed note by note.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from heapq import nsmallest
@@ -133,6 +133,11 @@ def _chosen(choice: _Choice, note: Sounding, place: tuple[int, int], leads: bool
     return _Choice(cost, choice, place, strings, origins)
 
 
+def goes_below(pitches: Iterable[int]) -> bool:
+    """True if a part of these MIDI notes needs the fifth string."""
+    return FIFTH_STRING <= min(pitches, default=127) < DEFAULT_STRINGS[0]
+
+
 def place_by_pitch(bars: Sequence[Bar], voices: Sequence[Sequence[Sequence[Beat]]]) -> tuple[int, ...]:
     """Gives the notes of a track without strings their places, in bars and voices. Their frets are MIDI notes before.
 
@@ -157,8 +162,7 @@ def place_by_pitch(bars: Sequence[Bar], voices: Sequence[Sequence[Sequence[Beat]
                     notes.append((note, sounding))
                 if beat.notes:
                     last[number] = notes[-1]
-    lowest = min((note.fret for note, _ in notes), default=DEFAULT_STRINGS[0])
-    tuning = (FIFTH_STRING, *DEFAULT_STRINGS) if FIFTH_STRING <= lowest < DEFAULT_STRINGS[0] else DEFAULT_STRINGS
+    tuning = (FIFTH_STRING,) * goes_below(note.fret for note, _ in notes) + DEFAULT_STRINGS
     choose_strings(list(dict.fromkeys(sounding for _, sounding in notes)), tuning)
     for note, sounding in notes:
         note.string, note.fret = sounding.place

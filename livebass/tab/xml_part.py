@@ -14,7 +14,7 @@ from typing import Any
 from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.score import tracknames
 from livebass.tab import model
-from livebass.tab.fingering import DEFAULT_STRINGS, FIFTH_STRING, TOGETHER, Sounding, choose_strings
+from livebass.tab.fingering import DEFAULT_STRINGS, FIFTH_STRING, TOGETHER, Sounding, choose_strings, goes_below
 from livebass.tab.model import (
     HIGHEST_LOWEST,
     LONGEST,
@@ -231,7 +231,7 @@ class Part:
         if not count:
             sounds = (pitch_of(p)[0] + self._transposed(note) for note in notes for p in note.iterfind("pitch"))
             wishes = {_technical(note)[0] for note in notes}
-            fifth = FIFTH_STRING <= min(sounds, default=127) < DEFAULT_STRINGS[0] or len(DEFAULT_STRINGS) + 1 in wishes
+            fifth = goes_below(sounds) or len(DEFAULT_STRINGS) + 1 in wishes
             count = len(DEFAULT_STRINGS) + fifth
         if count > MAX_STRINGS:
             raise UnreadableTab(f"is damaged: {count} strings")
