@@ -363,8 +363,8 @@ def _pass_over_shallow(
 ) -> None:
     """Replaces the periods of `lag` by longer ones whose dips are much deeper, and `rest` by `normal` there.
 
-    `dulled` gives all frames, of which these are a `part`, without what is above a corner (1/samples). Higher partials
-    are not harmonic: they hide how deep a dip is, and one of them may fit a period that the string does not have.
+    These frames are a `part` of all. `dulled` removes what is above a corner (1/samples) from all. Higher partials are
+    not harmonic: they hide how deep a dip is, and one of them may fit a period that the string does not have.
     """
     longest = normal.shape[1] - 1
     octave = np.ceil(2 * np.log2(OPEN / lag)) / 2  # in halves, so that few corners are needed

@@ -40,7 +40,7 @@ class Sounding:
 
 
 class _Cost(NamedTuple):
-    """What a choice costs, the worst first."""
+    """The faults of a choice, the worst first."""
 
     lost: int = 0  # by another one on its string
     far: int = 0  # beyond FRETS
