@@ -66,7 +66,8 @@ _TEXTS = (
     (r"%abc\b|X:\s*\d+\s*\n", "an ABC file"),
     (r"!\s*\S[^\n]*\.scl\s*\n", "a Scala scale"),
 )
-# Names of files in a zip archive -> its kind
+# Names of files in a zip archive -> its kind; only so many names, and so many bytes of each, are read
+_MAX_NAMES, _LONGEST_NAME = 1000, 260
 _IN_ZIP = (
     (rb"Content/(?:score\.gpif|BinaryStylesheet.*|ScoreViews.*|PartConfiguration.*)", "a Guitar Pro 7 file"),
     (rb".*\.mscx", "a MuseScore file"),
@@ -76,7 +77,8 @@ _IN_ZIP = (
 )
 TEXT_TAB = "a text tab"
 _DASH = r"[\-\u2010-\u2015\u2212\u2500]"
-_STRING = re.compile(rf"[>\s]*[A-Ha-h]?[#b]?\d?\s*(?:[|:\[\]]|{_DASH}).*")  # a line of a text tab
+_STRING_NAME = r"(?:[A-Ha-h][#b]?\d?|[#b]\d?|\d)"
+_STRING = re.compile(rf"[>\s]*(?:{_STRING_NAME}\s*)?(?:[|:\[\]]|{_DASH}).*")  # a line of a text tab
 _MIN_STRINGS = 3  # lines one below the other
 _MIN_DASHES, _MIN_PART = 2, 0.4  # in each line; of its characters, with bar lines
 # Extensions of scores, for files whose bytes tell nothing
@@ -103,7 +105,7 @@ def kind_of(data: bytes) -> str | None:
     found = next((kind for start, kind in _STARTS if re.match(start, data, re.DOTALL)), None) or _zip(data)
     if found is None:
         wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-        text = data.decode("utf-16" if wide else "utf-8-sig", "ignore").lstrip()
+        text = data[:HEAD].decode("utf-16" if wide else "utf-8-sig", "ignore").lstrip()
         found = next((kind for start, kind in _TEXTS if re.match(start, text, re.DOTALL)), None)
         found = found or (TEXT_TAB if _is_text_tab(text) else None)
     return found or _mpeg(data)
@@ -121,12 +123,13 @@ def kind_of_name(name: str) -> str | None:
 
 def _is_text_tab(text: str) -> bool:
     """True if lines of dashes stand one below the other, with frets on some of them."""
-    strings: list[str] = []
+    strings, fretted = 0, False
     for line in text.splitlines():
         dashes, bars = len(re.findall(_DASH, line)), line.count("|")
         is_string = _STRING.fullmatch(line) and dashes >= _MIN_DASHES and dashes + bars >= _MIN_PART * len(line)
-        strings = [*strings, line] if is_string else []
-        if len(strings) >= _MIN_STRINGS and any(c.isdigit() for c in "".join(strings)):
+        strings = strings + 1 if is_string else 0
+        fretted = bool(strings) and (fretted or any(c.isdigit() for c in line))
+        if strings >= _MIN_STRINGS and fretted:
             return True
     return False
 
@@ -153,8 +156,8 @@ def _zip(data: bytes) -> str | None:
         return None
     names = []
     at = 0
-    while (at := data.find(b"PK\x03\x04", at)) >= 0:
-        length = int.from_bytes(data[at + 26 : at + 28], "little")
+    while (at := data.find(b"PK\x03\x04", at)) >= 0 and len(names) < _MAX_NAMES:
+        length = min(int.from_bytes(data[at + 26 : at + 28], "little"), _LONGEST_NAME)
         names.append(data[at + 30 : at + 30 + length])
         at += 4
     found = (kind for form, kind in _IN_ZIP if any(re.fullmatch(form, name, re.DOTALL) for name in names))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 import zipfile
 
 import numpy as np
@@ -93,3 +94,27 @@ def test_the_first_bytes_tell_the_kind(kind: str, number: int) -> None:
 @pytest.mark.parametrize("data", UNKNOWN)
 def test_other_bytes_are_of_no_kind(data: bytes) -> None:
     assert kind_of(data) is None
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"a\n" + b" " * 1_000_000 + b"x",
+        b"a\n" + b" " * 60_000 + b"x",
+        b"------------\n" * 80_000,
+        b"a\n" + b"-\n" * 30_000 + b"---\n" * 10_000,
+        (b"PK\3\4" + bytes(22) + b"\xff\xff" + bytes(4)) * 30_000,
+        b"<!--" + b"<score-" * 150_000,
+    ],
+    ids=["spaces", "fewer spaces", "dashes", "short lines", "zip", "XML"],
+)  # fmt: skip
+def test_no_bytes_take_long(data: bytes) -> None:
+    began = time.process_time()
+    assert kind_of(data) in (None, "a zip archive")
+    assert time.process_time() - began < 1
+
+
+def test_the_score_of_an_archive_may_stand_behind_much_else() -> None:
+    names = [f"Content/Stylesheets/{k}" for k in range(900)]
+    data = _zip(*names, "Content/score.gpif")
+    assert len(data) > HEAD and kind_of(data) == "a Guitar Pro 7 file"
