@@ -154,7 +154,7 @@ def _zip(data: bytes) -> str | None:
     """A zip archive, by the file names that stand in `data`."""
     if not data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         return None
-    names = []
+    names: list[bytes] = []
     at = 0
     while (at := data.find(b"PK\x03\x04", at)) >= 0 and len(names) < _MAX_NAMES:
         length = min(int.from_bytes(data[at + 26 : at + 28], "little"), _LONGEST_NAME)

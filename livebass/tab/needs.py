@@ -16,7 +16,7 @@ from livebass.system.extras import install
 from livebass.tab.model import UnreadableTab, shown
 
 MAX_SHOWN = 40  # characters of a wrong number
-MAX_ELEMENTS = 600_000  # in an XML document
+MAX_ELEMENTS = MAX_ATTRIBUTES = 600_000  # in an XML document
 MAX_NAMESPACE = 1000  # characters: the parser copies them for each element
 # Some programs declare UTF-16 and write UTF-8
 FALSE_ENCODING = re.compile(rb"""^((?:\xef\xbb\xbf)?<\?xml[^>]*?) encoding=["']UTF-16["']""", re.IGNORECASE)
@@ -40,6 +40,8 @@ def parsed_xml(data: bytes) -> Any:
     xml = require("defusedxml.ElementTree")
     if data.count(b"<") - data.count(b"</") > MAX_ELEMENTS:
         raise UnreadableTab(f"its XML has more than {MAX_ELEMENTS} elements")
+    if data.count(b"=") > MAX_ATTRIBUTES:
+        raise UnreadableTab(f"its XML has more than {MAX_ATTRIBUTES} attributes")
     parser = xml.XMLParser(target=TreeBuilder())
     parser.parser.StartNamespaceDeclHandler = _refuse_long
     parser.parser.AttlistDeclHandler = _refuse_default
