@@ -54,6 +54,7 @@ SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe"}
 HAIRPINS = {"Crescendo": "crescendo", "Decrescendo": "diminuendo"}
 ORNAMENTS = {"UpperMordent": "inverted mordent", "LowerMordent": "mordent", "Turn": "turn",
              "InvertedTurn": "inverted turn"}  # fmt: skip
+NO_STRING = -1
 MAX_AGAIN = 30_000  # beats and notes beyond those that a file has
 SIMILES = {"Simple": 1, "FirstOfDouble": 2, "SecondOfDouble": 2}  # bars back to the one that sounds
 # The numbers of a bend
@@ -159,8 +160,7 @@ class _Reader:
             if opens is None and (pitch := _pitch(own)) is not None:
                 made.notes.append(_note(note, own, velocity_of(dynamic), (0, pitch), ()))
             elif opens and _is_placed(own):
-                place = whole(_text(own, "String", "String")), whole(_text(own, "Fret", "Fret"))
-                made.notes.append(_note(note, own, velocity_of(dynamic), place, opens))
+                made.notes.append(_note(note, own, velocity_of(dynamic), _place(own), opens))
         if beat.find("DeadSlapped") is not None and opens:
             made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
@@ -266,6 +266,12 @@ def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
 def _is_placed(properties: dict[str, Any]) -> bool:
     """True if a note has a string and a fret."""
     return "String" in properties and "Fret" in properties
+
+
+def _place(properties: dict[str, Any]) -> tuple[int, int]:
+    """The string and the fret of a note. Some programs draw notes of drums between strings: on NO_STRING."""
+    string = number(_text(properties, "String", "String"))
+    return int(string) if string.is_integer() else NO_STRING, whole(_text(properties, "Fret", "Fret"))
 
 
 def _pitch(properties: dict[str, Any]) -> int | None:

@@ -1,4 +1,4 @@
-"""Guitar Pro 6 to 8: tracks without strings, notes whose number stands twice, and files that repeat themselves."""
+"""Guitar Pro 6 to 8: tracks and notes without strings, two notes of one number, and files that repeat themselves."""
 
 from __future__ import annotations
 
@@ -52,6 +52,14 @@ def test_ties_and_slides_of_a_keyboard_keep_their_string() -> None:
 def test_notes_below_e_have_five_strings() -> None:
     text = keyboard(tab(beats(note(0, 0))), "7").replace(b"<Number>28<", b"<Number>24<")
     assert read_gpif(text).tracks[0].tuning == (23, *OPENS)
+
+
+@pytest.mark.parametrize("string", ["-0.5", "3.5"])
+def test_a_note_between_strings_is_counted(string: str) -> None:
+    """As in the drums of alphaTab's faulty.gp, which another program wrote."""
+    text = as_gpif(tab(beats(note(0, 0), note(1, 2)))).replace(b"<String>1<", b"<String>%b<" % string.encode())
+    song = play(read_gpif(text))
+    assert [stroke.string for stroke in song.strokes] == [0] and song.lacks == {"note beyond the strings": 1}
 
 
 def test_of_two_notes_with_one_number_the_one_with_a_string_plays() -> None:
