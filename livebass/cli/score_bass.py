@@ -16,6 +16,8 @@ from livebass.rows.units import note_name
 from livebass.score.low_keys import with_low_notes, without_foreign_switches
 from livebass.score.score import Score
 
+MAX_REMARKS, LONGEST_REMARK = 100, 1000  # lines, and characters of one
+
 
 def programs_of(score: Score) -> dict[int, str]:
     """The presets that programs, from 0, choose in a score: those named by a take, else General MIDI's."""
@@ -54,6 +56,14 @@ def later_presets(score: Score, default: str) -> list[tuple[float, int, str | No
 
 def remarks(score: Score, preset: str | None, default: str) -> list[str]:
     """Messages before a file is played on `preset`; None: on the presets its programs choose, or on `default`."""
+    lines = _remarks(score, preset, default)
+    shown = [
+        line if len(line) <= LONGEST_REMARK else f"{line[: LONGEST_REMARK - 3]}..." for line in lines[:MAX_REMARKS]
+    ]
+    return [*shown, f"and {len(lines) - MAX_REMARKS} more remarks"] if len(lines) > MAX_REMARKS else shown
+
+
+def _remarks(score: Score, preset: str | None, default: str) -> list[str]:
     lines = list(score.remarks)
     if preset is not None:
         return lines

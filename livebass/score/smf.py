@@ -22,6 +22,7 @@ from livebass.score.tracknames import decode
 
 __all__ = ["MARK", "Smf", "SmfError", "parse_smf"]
 LONGEST_NAME = 40  # characters of a track's name that are kept
+MAX_MARKS = 500_000  # texts of livebass, for the basses and strokes of a take
 WORD = 8  # bytes
 
 
@@ -57,6 +58,8 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
     named = texts[np.isin(texts["kind"], (META_TRACK_NAME, META_INSTRUMENT))]
     at_begin = texts[texts["kind"] == META_TEXT]
     marks = texts[texts["kind"] == MARKED]
+    if len(marks) > MAX_MARKS:
+        raise SmfError(f"has {len(marks)} texts of livebass, more than {MAX_MARKS}")
     shown = [_printable(text) for text in decode([_bytes(data, row) for row in (*named, *at_begin)])]
     called = {
         (int(row["track"]), int(row["channel"]), int(row["kind"])): text

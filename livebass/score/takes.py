@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import json
 import re
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from operator import itemgetter
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from livebass.score.score import Score, TakenBass
 from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text
+MAX_BASSES = 1000  # texts that name basses
 LAST_PROGRAM = 127
 STROKES = "stroke"
 STROKE_TEXT = re.compile(re.escape(MARK) + rf'{{"{STROKES}": "(1[2-7]) (\d{{1,7}}) (-?\d{{1,8}})"}}')
@@ -56,21 +59,31 @@ def strokes_of(texts: Iterable[tuple[int, str]], end: int) -> tuple[Row, ...]:
 def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     """`score`, of a take, with the basses that its `texts` (frame, text) name, instead of its programs.
 
-    Each preset gets a program: the file's, unless another preset has it. A useless text becomes a remark; if all are
-    useless, the score keeps its programs.
+    Each preset gets a program: the file's, unless another preset has it. Useless texts become a remark, and so do
+    those beyond MAX_BASSES; if all are useless, the score keeps its programs.
     """
     basses, remarks = list[TakenBass](), list(score.remarks)
     programs: dict[str, int] = {}
-    for frame, text in texts:
-        if STROKE_TEXT.fullmatch(text):
-            continue
+    useless = list[float]()  # texts, by their times
+    named = [(frame, text) for frame, text in texts if not STROKE_TEXT.fullmatch(text)]
+    if len(named) > MAX_BASSES:
+        remarks.append(f"of {len(named)} texts that name basses only the first {MAX_BASSES} count")
+    own = [(-1, score.program), *score.changes]  # programs of the file
+    for frame, text in named[:MAX_BASSES]:
         stored = _stored_bass(text)
-        program = None if stored is None else programs.get(stored[0], _program_at(score, frame, set(programs.values())))
+        if stored is not None and stored[0] not in programs:
+            there = own[bisect_right(own, frame, key=itemgetter(0)) - 1][1]
+            free = [program for program in range(LAST_PROGRAM, -1, -1) if program not in programs.values()]
+            programs |= {stored[0]: there if there in free else free[0]} if free else {}
+        program = None if stored is None else programs.get(stored[0])
         if stored is None or program is None:
-            remarks.append(f"a text at {frame / score.rate:.1f} s, which names no bass, is left out")
+            useless.append(frame / score.rate)
         else:
-            programs[stored[0]] = program
             basses.append(TakenBass(frame, program, *stored))
+    if useless:
+        first, others = f"a text at {useless[0]:.1f} s", len(useless) - 1
+        more = f" and {others} other text{'s' * (others > 1)}, which name no bass, are" * (others > 0)
+        remarks.append(f"{first}{more or ', which names no bass, is'} left out")
     if not basses:
         return replace(score, remarks=tuple(remarks))
     kept = score.on_one_bass()
@@ -102,10 +115,3 @@ def _stored_bass(text: str) -> tuple[str, dict[str, str], str] | None:
         return None
     preset, file = stored.pop("preset", ""), stored.pop("file", "")
     return (preset, stored, file) if preset else None
-
-
-def _program_at(score: Score, frame: int, taken: set[int]) -> int | None:
-    """The file's program at `frame`, or another one if it is `taken` or missing; None: all are taken."""
-    there = [score.program, *(program for at, program in score.changes if at <= frame)][-1]
-    free = [program for program in range(LAST_PROGRAM, -1, -1) if program not in taken]
-    return there if there in free else next(iter(free), None)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import struct
+import time
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -21,7 +24,7 @@ from livebass.preset.revisions import toml_of
 from livebass.score.reading import TAKE, read_score
 from livebass.score.score import MIN_RATE
 from livebass.score.smf import MARK
-from livebass.score.takes import LONGEST, text_of
+from livebass.score.takes import LONGEST, text_of, text_of_stroke
 
 PRESETS = ["paper-fretless", "jazz-finger", "flatwound", "slap"]  # General MIDI has the second and the fourth
 
@@ -233,8 +236,32 @@ def test_texts_that_name_nothing_are_left_out(played: list[Instrument], run: Run
 def test_a_take_of_more_basses_than_programs(played: list[Instrument], run: Run) -> None:
     take(*((k / 50, text_of(f"bass {k}", {})) for k in range(300)))
     status, _, err = run("render", "take.mid")
-    assert status == 0 and err.count("which this livebass does not have") == 128
-    assert err.count("which names no bass") == 300 - 128
+    assert status == 0 and len(err.splitlines()) < 110 and re.search("take.mid: and [0-9]+ more remarks", err)
+    assert " and 171 other texts, which name no bass, are left out" in err
+    score = read_score("take.mid", 48000)
+    assert len({bass.program for bass in score.basses}) == len(score.basses) == 128
+
+
+@pytest.mark.parametrize(
+    "text", [MARK, MARK + "{}", text_of("slap", {}), text_of("x" * 2000, {})], ids=lambda text: text[:30]
+)
+def test_a_take_of_endless_texts_is_told_in_few_lines(played: list[Instrument], run: Run, text: str) -> None:
+    take(*((k / 50, text) for k in range(1200)))
+    status, _, err = run("render", "take.mid")
+    assert status == 0 and len(err.splitlines()) < 110 and len(err) < 110_000
+    assert "of 1200 texts that name basses only the first 1000 count" in err.splitlines()[0]
+
+
+def test_more_texts_than_any_take_has_are_refused(run: Run) -> None:
+    text = text_of_stroke(12, 0, 0).encode()
+    stroke = b"\0\xff\x01" + bytes([len(text)]) + text
+    track = b"\0\xff\x01\x15" + TAKE.encode() + stroke * 500_001 + b"\0\xff\x2f\0"
+    head = b"MThd" + struct.pack(">IHHH", 6, 0, 1, 480)
+    Path("take.mid").write_bytes(head + b"MTrk" + struct.pack(">I", len(track)) + track)
+    began = time.process_time()
+    status, _, err = run("render", "take.mid")
+    assert_one_clear_line(status, err, (1,))
+    assert "500001 texts of livebass, more than 500000" in err and time.process_time() - began < 5
 
 
 def settings_of(run: Run, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> Settings:
