@@ -6,6 +6,7 @@ A hairpin leads from its first note evenly to the next dynamic, or, without one 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby
@@ -22,11 +23,12 @@ def fill_in(tab: Tab) -> Tab:
     """Completes the notes of a piece, in place."""
     for track in tab.tracks:
         opens = [note + track.capo for note in track.tuning]
-        for voice in range(max(map(len, track.bars), default=0)):
-            line, at = list[tuple[Fraction, Beat]](), Fraction(0)
-            for bar, voices in zip(tab.bars, track.bars, strict=False):
-                line += [(at + beat.at, beat) for beats in voices[voice : voice + 1] for beat in beats]
-                at += bar.length
+        lines, at = defaultdict[int, list[tuple[Fraction, Beat]]](list), Fraction(0)  # by voice
+        for bar, voices in zip(tab.bars, track.bars, strict=False):
+            for voice, beats in enumerate(voices):
+                lines[voice] += [(at + beat.at, beat) for beat in beats]
+            at += bar.length
+        for line in lines.values():
             _swell(line)
         for bar, voices in zip(tab.bars, track.bars, strict=False):
             for note in (note for beats in voices for beat in beats for note in beat.notes if note.ornament):

@@ -65,7 +65,7 @@ def choose_strings(notes: Sequence[Sounding], tuning: Sequence[int]) -> None:
     """Gives each note its place on strings with these open notes, lowest first."""
     leading = {note.origin for note in notes if note.origin is not None}
     for group in _groups(sorted(notes, key=lambda note: note.begin)):
-        beam = BEAM if _most_at_once(group) <= len(tuning) else 1
+        beam = 1 if _sound_at_once(group, len(tuning) + 1) else BEAM
         earlier = {note.origin: note.origin.place[0] for note in group if note.origin is not None}
         choices = [_Choice(_Cost(), None, (-1, 0), (None,) * len(tuning), earlier)]
         for note in group:
@@ -92,14 +92,15 @@ def _groups(notes: Sequence[Sounding]) -> Iterator[list[Sounding]]:
         yield group
 
 
-def _most_at_once(group: Sequence[Sounding]) -> int:
-    """The largest number of notes that sound together."""
-    ends, most = list[Fraction](), 0
+def _sound_at_once(group: Sequence[Sounding], count: int) -> bool:
+    """True if `count` notes sound together."""
+    ends = list[Fraction]()
     for note in group:
         ends = [end for end in ends if end - TOGETHER > note.begin]
         ends.append(note.end)
-        most = max(most, len(ends))
-    return most
+        if len(ends) >= count:
+            return True
+    return False
 
 
 def _places(note: Sounding, tuning: Sequence[int]) -> list[tuple[int, int]]:

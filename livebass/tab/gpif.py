@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
@@ -98,8 +98,11 @@ class _Reader:
             bars[0].length = max(whole, default=bars[0].length)
         _put_tempos(bars, self.root.iterfind("MasterTrack/Automations/Automation"))
         for k, (bar, master) in enumerate(zip(bars, self.masters, strict=True)):
-            own = [voices for track in tracks for voices in track.bars[k]]
-            bar.holds = [_hold(fermata, own, bar) for fermata in master.iterfind("Fermatas/Fermata")]
+            if fermatas := master.findall("Fermatas/Fermata"):
+                lengths: dict[Fraction, Fraction] = {}  # of the shortest note, by its place
+                for beat in (beat for track in tracks for beats in track.bars[k] for beat in beats if beat.notes):
+                    lengths[beat.at] = min(beat.length, lengths.get(beat.at, beat.length))
+                bar.holds = [_hold(fermata, lengths, bar) for fermata in fermatas]
         return Tab(bars, tracks)
 
     def _track(self, track: Any, staff: int, lengths: Sequence[Bar]) -> Track:
@@ -256,11 +259,10 @@ def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
             own.tempos.append(replace(after, at=tempo.at, over=end - begin))
 
 
-def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
+def _hold(fermata: Any, lengths: Mapping[Fraction, Fraction], bar: Bar) -> Hold:
     """A fermata: the shortest note that begins there is held, 1.5 to 4 times as long, by its length from 0 to 1."""
     at, length = exact(fermata.findtext("Offset") or "0"), number(fermata.findtext("Length") or "0.5")
-    lengths = [beat.length for beats in voices for beat in beats if beat.at == at and beat.notes]
-    return Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
+    return Hold(at, lengths.get(at, bar.beat), 1.5 - length / 2 + 3 * length**2)
 
 
 def _is_placed(properties: dict[str, Any]) -> bool:

@@ -47,12 +47,12 @@ def _tab(song: Any) -> Tab:
     bars = [_bar(header) for header in song.measureHeaders]
     if bars:
         bars[0].tempos.append(Tempo(Fraction(0), float(song.tempo)))
+    tempos = [dict.fromkeys(bar.tempos) for bar in bars]
     for track in song.tracks:  # tempos stand in any track
-        for bar, measure in zip(bars, track.measures, strict=False):
-            found = (tempo for voice in measure.voices for tempo in _tempos(voice))
-            bar.tempos += [tempo for tempo in found if tempo not in bar.tempos]
-    for bar in bars:
-        bar.tempos.sort(key=lambda tempo: tempo.at)
+        for known, measure in zip(tempos, track.measures, strict=False):
+            known |= dict.fromkeys(tempo for voice in measure.voices for tempo in _tempos(voice))
+    for bar, known in zip(bars, tempos, strict=True):
+        bar.tempos = sorted(known, key=lambda tempo: tempo.at)
     return Tab(bars, [_track(track, song.versionTuple) for track in song.tracks])
 
 

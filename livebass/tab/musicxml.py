@@ -140,10 +140,14 @@ def _shorten_pieces(parts: Sequence[Part]) -> None:
 def _merge_parts(parts: Sequence[list[Bar]]) -> list[Bar]:
     """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
     bars = max(parts, key=len, default=[])
+    tempos = [set(bar.tempos) for bar in bars]
+    holds = [{hold.at for hold in bar.holds} for bar in bars]
     for others in parts:
-        for bar, other in zip(bars, others, strict=False):
-            bar.tempos += [tempo for tempo in other.tempos if tempo not in bar.tempos]
-            bar.holds += [hold for hold in other.holds if all(hold.at != own.at for own in bar.holds)]
+        for bar, other, known, held in zip(bars, others, tempos, holds, strict=False):
+            bar.tempos += [tempo for tempo in other.tempos if tempo not in known]
+            bar.holds += [hold for hold in other.holds if hold.at not in held]
+            known.update(other.tempos)
+            held.update(hold.at for hold in other.holds)
             bar.signs, bar.name = bar.signs | other.signs, bar.name or other.name
             bar.length = max(bar.length, other.length)
     for bar in bars:

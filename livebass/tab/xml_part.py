@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left, bisect_right
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -62,6 +63,7 @@ PALM, RING = "palm mute", "let ring"
 TECHNIQUES = {PALM: re.compile(r"p\.?\s?m\.?|palm[ -]mut(?:e|es|ed|ing)"), RING: re.compile(r"let ring")}
 MAX_ENDINGS = MAX_PLAYS = 99
 MAX_IN_CHORD = 24
+MAX_WAITING = 64  # notes of a pitch, or of a part, for the one to which a tie or a slide leads
 TIMES = re.compile(
     r"\(?(?:play |repeat )?(?:[x\u00d7] ?(\d+)|(\d+) ?(?:[x\u00d7]|times))\)?"
 )  # such as "4x" at a repeat
@@ -492,7 +494,7 @@ class Part:
         notes.sort(key=lambda note: (begins[note.bar] + note.at, -note.back))
         found: list[Sounding] = []
         together: dict[tuple[Fraction, int], _Written] = {}  # which voices may share
-        held: dict[tuple[str, int], list[_Written]] = {}  # which wait for the note tied to them
+        held: dict[tuple[str, int], deque[_Written]] = {}  # which wait for the note tied to them, the last MAX_WAITING
         leading: dict[tuple[str, str], _Written] = {}  # which lead to another one, by the sign and its number
         last: dict[int, _Written] = {}  # of each pitch
         for note in notes:
@@ -502,7 +504,7 @@ class Part:
             lower = None if string is None else len(self.tuning) - string
             given = None if lower is None or fret is None else (lower, fret)
             ties = {tie.get("type") for tie in ties_of(note.element)}
-            tied = _tied(held.get(note.key, []), begin) if "stop" in ties else None
+            tied = _tied(held.get(note.key, deque()), begin) if "stop" in ties else None
             twin = together.get((begin, note.pitch)) if note.pitch >= 0 else None
             if twin is not None and (twin.voice == note.voice or given or twin.sounding.given):
                 twin = None
@@ -517,7 +519,7 @@ class Part:
                 found.append(note.sounding)
             together[begin, note.pitch] = last[note.pitch] = note
             if "start" in ties:
-                held.setdefault(note.key, []).append(note)
+                held.setdefault(note.key, deque(maxlen=MAX_WAITING)).append(note)
             for sign in (*note.element.iterfind("notations/*"), *note.element.iterfind("notations/technical/*")):
                 if sign.tag in LEADING:
                     name = sign.tag, sign.get("number") or "1"
@@ -525,6 +527,8 @@ class Part:
                         note.sounding.origin = leading.pop(name).sounding
                     elif sign.get("type") == "start":
                         leading[name] = note
+                        if len(leading) > MAX_WAITING:
+                            del leading[next(iter(leading))]
         choose_strings(found, self.tuning)
 
     def track(self, left: int) -> Track:
@@ -588,16 +592,19 @@ class Part:
         bars = zip(begins, voices, strict=False)
         beats = [(begin + beat.at, beat) for begin, voices in bars for voice in voices for beat in voice]
         beats.sort(key=itemgetter(0))
-        for (first, at), (last, until), kind in self.spans:
+        after: dict[str, list[int]] = {}  # by group of kinds: from each beat, a later one up to which all are marked
+        for (first, at), (last, until), kind in reversed(self.spans):  # the last one counts
             begin, end = begins[first] + at, begins[last] + until
-            for k in range(bisect_left(beats, begin, key=itemgetter(0)), len(beats)):
-                at, beat = beats[k]
-                if at >= end and at > begin:
-                    break
+            marked = after.setdefault("" if kind in HAIRPINS else kind, list(range(len(beats) + 1)))
+            k = _unmarked(marked, bisect_left(beats, begin, key=itemgetter(0)))
+            while k < len(beats) and (beats[k][0] < end or beats[k][0] == begin):
+                beat = beats[k][1]
                 if kind in HAIRPINS:
                     beat.hairpin = kind
                 for note in beat.notes:
                     note.palm, note.let_ring = note.palm or kind == PALM, note.let_ring or kind == RING
+                marked[k] = k + 1
+                k = _unmarked(marked, k)
 
 
 def _technical(element: Any) -> tuple[int | None, int | None]:
@@ -610,7 +617,15 @@ def _technical(element: Any) -> tuple[int | None, int | None]:
     return string, fret
 
 
-def _tied(waiting: list[_Written], begin: Fraction) -> _Written | None:
+def _unmarked(after: list[int], k: int) -> int:
+    """The first of the beats from `k` on that no span has marked; the way there gets shorter."""
+    while after[k] != k:
+        after[k] = after[after[k]]
+        k = after[k]
+    return k
+
+
+def _tied(waiting: deque[_Written], begin: Fraction) -> _Written | None:
     """The note of these that ends where its tied one begins; it waits no longer."""
     found = next((note for note in waiting if abs(note.sounding.end - begin) < TOGETHER), None)
     if found is not None:
