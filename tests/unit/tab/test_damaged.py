@@ -165,6 +165,43 @@ def test_long_namespaces_and_default_attributes_are_refused_before_they_cost(enc
     assert [each.tag for each in parsed_xml(short.encode(encoding)).iter()] == ["a", "b"]
 
 
+def crowded(kind: str) -> bytes:
+    """A piece with so much of a kind that it must not be compared with all others of its kind."""
+    piece = tab(beats(note(0, 3)))
+    gpif, musicxml = as_gpif(piece).decode(), as_musicxml(piece).decode()
+    if kind == "voices":
+        gpif = gpif.replace("</Bars><Voices>", '<Bar id="9"><Voices>-1</Voices></Bar></Bars><Voices>')
+        empty = "<MasterBar><Time>4/4</Time><Bars>9</Bars></MasterBar>"
+        gpif = gpif.replace("</MasterBars>", f"{empty * 4900}</MasterBars>")
+        gpif = gpif.replace("<Voices>0</Voices>", f"<Voices>{'0 ' * 14_000}</Voices>")
+    elif kind == "fermatas":
+        fermatas = "<Fermata><Offset>1/7</Offset></Fermata>" * 100_000
+        gpif = gpif.replace("</MasterBar>", f"<Fermatas>{fermatas}</Fermatas></MasterBar>")
+        gpif = gpif.replace("<Voices>0</Voices>", f"<Voices>{'0 ' * 14_000}</Voices>")
+    if kind in ("voices", "fermatas"):
+        return zip_files({"Content/score.gpif": gpif.encode()})
+    if kind == "tempos":
+        part = re.search("<part .*</part>", musicxml, re.DOTALL)
+        assert part
+        parts = ["".join(f'<sound tempo="{at + k / 1000}"/>' for k in range(29_000)) + "</measure>" for at in (30, 90)]
+        both = (part[0].replace("</measure>", each) for each in parts)
+        return musicxml.replace(part[0], "".join(both)).encode()
+    wedge = "<direction><direction-type><wedge type='{}' number='{}'/></direction-type></direction>"
+    marks = ("".join(wedge.format(way, k) for k in range(9000)) for way in ("crescendo", "stop"))
+    rests = "<note><rest/><duration>0</duration></note>" * 20_000
+    return musicxml.replace("</measure>", f"{rests.join(marks)}</measure>").encode()
+
+
+@pytest.mark.parametrize("kind", ["voices", "fermatas", "tempos", "hairpins"])
+def test_a_crowd_of_one_kind_is_read_soon(kind: str) -> None:
+    data, began = crowded(kind), time.process_time()
+    try:
+        assert read(data).score(48000)
+    except ScoreError as error:
+        assert "more than 10000 tempos and fermatas" in str(error)
+    assert time.process_time() - began < LONGEST
+
+
 def test_what_a_damaged_guitar_pro_file_says_is_its_place() -> None:
     whole = WRITERS["gp5"](PIECE)
     with pytest.raises(ScoreError, match=r"^a\.tab: is damaged in track 1, measure \d, voice \d, beat \d$"):
