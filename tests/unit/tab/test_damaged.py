@@ -187,8 +187,8 @@ def crowded(kind: str) -> bytes:
         both = (part[0].replace("</measure>", each) for each in parts)
         return musicxml.replace(part[0], "".join(both)).encode()
     wedge = "<direction><direction-type><wedge type='{}' number='{}'/></direction-type></direction>"
-    marks = ("".join(wedge.format(way, k) for k in range(9000)) for way in ("crescendo", "stop"))
-    rests = "<note><rest/><duration>0</duration></note>" * 20_000
+    marks = ("".join(wedge.format(way, k) for k in range(6000)) for way in ("crescendo", "stop"))
+    rests = "<note><rest/><duration>0.01</duration></note>" * 8000
     return musicxml.replace("</measure>", f"{rests.join(marks)}</measure>").encode()
 
 
