@@ -127,6 +127,7 @@ class Bar:
     beat: Fraction = Fraction(1)
     opens: bool = False  # a repeat
     plays: int = 1  # of the repeat that ends here; 1: none ends
+    after_jump: bool = False  # after a jump that repeat is played again
     endings: frozenset[int] = frozenset()  # of the passes, from 1, that play this bar; empty: all
     signs: frozenset[str] = frozenset()  # segno, coda, fine, "da capo al fine" ... (order.py)
     fifths: int = 0  # sharps of the key; negative: flats

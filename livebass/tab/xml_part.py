@@ -410,6 +410,7 @@ class Part:
             bar.opens = True
         elif repeat is not None:
             bar.plays = max(whole(repeat.get("times") or 0), 2)
+            bar.after_jump = repeat.get("after-jump") == "yes"
             self.counted |= {len(self.bars)} if repeat.get("times") else set()
         if ending is not None:
             bar.endings = self.endings = _endings(ending.get("number") or ending.text or "") or self.endings

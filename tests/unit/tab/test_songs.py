@@ -288,6 +288,13 @@ def test_a_jump_in_sound_and_in_words_is_one_jump() -> None:
     assert [number for _, number in performance.bars] == [0, 1, 0]
 
 
+@pytest.mark.parametrize(("mark", "played"), [("", [0, 0, 1, 0, 1]), ('after-jump="yes"', [0, 0, 1, 0, 0, 1])])
+def test_a_repeat_is_played_again_after_a_jump_if_it_says_so(mark: str, played: list[int]) -> None:
+    close = f'<barline location="right"><repeat direction="backward" {mark}/></barline>'
+    performance = in_musicxml(low(3, 8) + close, low(5, 8) + '<sound dacapo="yes"/>')
+    assert [number for _, number in performance.bars] == played
+
+
 def test_musicxml_swings_and_bends_by_steps() -> None:
     swing = "<swing><first>2</first><second>1</second><swing-type>eighth</swing-type></swing>"
     bend = "<bend><bend-alter>{}</bend-alter><{}/></bend>"
