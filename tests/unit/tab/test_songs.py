@@ -525,9 +525,12 @@ def test_a_piano_beside_a_bass_without_tablature_does_not_play() -> None:
 
 @pytest.mark.parametrize("named, fret", [("music/b.xml", 4), ("c.xml", 2), ("", 2)])
 def test_the_container_names_the_score(named: str, fret: int) -> None:
-    container = f'<container><rootfiles><rootfile full-path="{named}"/></rootfiles></container>'.encode()
+    files = "".join(f'<rootfile full-path="{name}"/>' for name in ("music/b.pdf", named) if named)
+    container = f"<container><rootfiles>{files}</rootfiles></container>".encode()
     first, second = (scored(plain(step, 2, 8)).encode() for step in "AB")
-    data = zip_files({"a.xml": first, "music/b.xml": second, "META-INF/container.xml": container})
+    data = zip_files(
+        {"music/b.pdf": b"%PDF-", "a.xml": first, "music/b.xml": second, "META-INF/container.xml": container}
+    )
     assert [stroke.fret for stroke in play(parse(data)).strokes] == [fret]
 
 
