@@ -64,6 +64,7 @@ class Note:
     turns: tuple[int, ...] = ()  # frets before the note's own, quickly
     tremolo: Fraction | None = None  # length of each stroke
     graces: list[Grace] = field(default_factory=list)
+    passes: frozenset[int] = frozenset()  # of its bar, from 1, in which it sounds; empty: all
 
     @property
     def signs(self) -> list[str]:

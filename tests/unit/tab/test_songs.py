@@ -295,6 +295,13 @@ def test_a_repeat_is_played_again_after_a_jump_if_it_says_so(mark: str, played: 
     assert [number for _, number in performance.bars] == played
 
 
+def test_a_note_for_some_passes_sounds_only_in_them() -> None:
+    note = low(3, 8).replace("<note>", '<note time-only="2, 3">')
+    close = '<barline location="right"><repeat direction="backward" times="4"/></barline>'
+    strokes = in_musicxml(note + close, low(5, 8)).strokes
+    assert [(round(s.time, 3), s.fret) for s in strokes] == [(2, 3), (4, 3), (8, 5)]
+
+
 def test_musicxml_swings_and_bends_by_steps() -> None:
     swing = "<swing><first>2</first><second>1</second><swing-type>eighth</swing-type></swing>"
     bend = "<bend><bend-alter>{}</bend-alter><{}/></bend>"
