@@ -31,10 +31,14 @@ _SOUND_STARTS = (
 )
 _OTHER_STARTS = (
     (rb"MThd|RIFF....RMID|\0.{127}MThd", "a MIDI file"),  # the last behind 128 bytes of old Macintosh programs
+    (rb"SMF2CLIP", "a MIDI 2.0 clip file"),
     (rb"BCF[SZ]", "a Guitar Pro 6 file"),
     *((rb".FI(?:CHIER|LE) GUITARE? PRO [vV]%d" % version, f"a Guitar Pro {version} file") for version in range(1, 6)),
     (rb"ptab", "a Power Tab file"),
     (rb".{0,4}T\0?u\0?x\0?G\0?u\0?i\0?t\0?a\0?r", "a TuxGuitar file"),
+    (rb"\x0fSIBELIUS", "a Sibelius file"),
+    (rb"FLhd", "an FL Studio project"),
+    (rb"<REAPER_PROJECT", "a REAPER project"),
     (rb"RIFF....sfbk", "a SoundFont"),
     (rb"RIFF....WEBP", "a WebP picture"),
     (rb"RIFF|RIFX|RF64|BW64", "a RIFF file"),
@@ -90,10 +94,16 @@ _ENDINGS = {
 }  # fmt: skip
 # Kinds that may hold sound, kinds that hold notes, and kinds to unpack
 SOUNDS = {kind for _, kind in _SOUND_STARTS} | {"a RIFF file", "an IFF file", "an AAC file", "an MPEG audio file"}
-SCORES = {"a MIDI file", "an MEI file", "a LilyPond file", "an ABC file", *_ENDINGS.values()}
+SCORES = {
+    "a MIDI file", "a MIDI 2.0 clip file", "an MEI file", "a LilyPond file", "an ABC file", "a Sibelius file",
+    "an FL Studio project", "a REAPER project", *_ENDINGS.values(),
+}  # fmt: skip
 TABLATURES = {
     *(f"a Guitar Pro {version} file" for version in range(3, 8)), "a MusicXML file", "a compressed MusicXML file",
 }  # fmt: skip
+# Extensions for file dialogs: of MIDI files, with karaoke and Yamaha's styles, and of tablatures
+MIDI_ENDINGS = (".mid", ".midi", ".smf", ".kar", ".rmi", ".sty", ".sst", ".prs")
+TAB_ENDINGS = (*(ending for ending, kind in _ENDINGS.items() if kind in TABLATURES), ".xml")
 ARCHIVES = {"a zip archive"} | {kind for _, kind in _OTHER_STARTS if kind.endswith(" archive")}
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
+from livebass.kernels.score.lines import LONGEST
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import PARAMETERS
@@ -68,7 +69,7 @@ def control_table(
     def loop(begin: Value, end: Value) -> None:
         if desk.follows_transport:
             raise ValueError("JACK's transport controls this")
-        part = check_number(begin, 0.0, math.inf), check_number(end, 0.0, math.inf)
+        part = check_number(begin, 0.0, LONGEST), check_number(end, 0.0, LONGEST)
         desk.loop = part if part[1] > part[0] else None
 
     def metronome(value: Value) -> None:
@@ -101,8 +102,8 @@ def control_table(
 
 
 def check_number(value: Value, minimum: float, maximum: float) -> float:
-    """The number `value`. Raises ValueError for text and outside the limits."""
-    if isinstance(value, str) or not minimum <= value <= maximum:
+    """The number `value`. Raises ValueError for anything else and outside the limits."""
+    if not isinstance(value, int | float) or not minimum <= value <= maximum:
         raise ValueError(f"must be a number {between(minimum, maximum)}, not {value!r}")
     return float(value)
 

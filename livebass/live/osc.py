@@ -30,7 +30,7 @@ class OscLost(OSError):
 
 @dataclass(frozen=True)
 class Control:
-    """Serves an address: `write` raises ValueError or TypeError for arguments that it does not accept."""
+    """Serves an address: `write` raises ValueError for values that it refuses, TypeError for too few or too many."""
 
     write: Callable[..., object]
     read: Callable[[], Value] | None = None
@@ -96,8 +96,10 @@ class OscServer:
                 self._subscribers = [other for other in self._subscribers if other != sender]
             else:
                 raise ValueError(f"there is no such address; {PREFIX}{LIST} names all")
-        except (ValueError, TypeError) as error:
+        except ValueError as error:
             self._send(sender, ERROR, f"{address}: {error}")
+        except TypeError:
+            self._send(sender, ERROR, f"{address}: does not take {len(values)} values")
 
     def _send_value(self, sender: Sender, name: str, control: Control) -> None:
         self._send(sender, name, *([control.read()] if control.read else []))

@@ -15,6 +15,7 @@ import numpy as np
 from livebass import __version__
 from livebass.compiling import SMALL, Entry, emitter
 from livebass.files.formats import FORMATS
+from livebass.files.kinds import MIDI_ENDINGS
 from livebass.kernels.bass import bench, change, check, instrument, kept, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.effects import records as effects
@@ -107,6 +108,7 @@ NUMBERS = {
     "LB_MIN_GAME": tracknames.MIN_GAME,
     "LB_GAME_REFUSAL": json.dumps(tracknames.GAME_REFUSAL),
     "LB_TAKE": json.dumps(TAKE),
+    "LB_MIDI_ENDINGS": ", ".join(map(json.dumps, MIDI_ENDINGS)),
     "LB_NO_BASS": json.dumps(NO_BASS),
     "LB_MAX_HOURS": lines.LONGEST // 3600,
     "LB_TOO_MUCH": json.dumps(TOO_MUCH),

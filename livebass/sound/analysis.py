@@ -207,6 +207,7 @@ def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]
 THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be aperiodic
 SHALLOW = 4.0  # times the deepest dip: a higher dip is passed over ...
 FAINT = 0.008  # ... unless it is lower than this: 24 dB below the rest, other strings and the body may answer
+ROUGH = 0.3  # of the normalised difference, at most, where a deeper dip counts: a muted thump has such dips anywhere
 OPEN, STEEP = 2.0, 8  # the low-pass filter for that: corner over the frequency of the first dip, at least; order
 DECAY_STEPS = 4  # of the fixed point that finds a partial's frequency and decay
 CHUNK = 256  # frames at a time, to bound the memory
@@ -374,7 +375,7 @@ def _pass_over_shallow(
             near = round(9 / 8 * lag[i])  # what is left out may have shifted the dip
             limit = max(FAINT, SHALLOW * float(d[near:longest].min(initial=1.0)))
             later = _dip(d, near, longest, limit) if d[2 * round(lag[i]) - near : near].min() >= limit else None
-            if later is not None:
+            if later is not None and normal[i, later] < ROUGH:
                 lag[i], rest[i] = _bottom(difference, later), normal[i, later]
 
 

@@ -21,7 +21,7 @@ SECTOR = 4096
 FILE_ENTRY = 2  # kind of a directory entry
 NAME, SIZE, SECTORS = slice(4, 131), 0x8C, 0x94  # places in an entry
 CONTAINER = "META-INF/container.xml"
-ROOT_FILE = re.compile(rb"""<rootfile\s[^<>]*?full-path=["']([^"'<>]+)""")
+ROOT_FILE = re.compile(rb"""<(?:\w+:)?rootfile\s[^<>]*?full-path=["']([^"'<>]+)""")
 TOO_LARGE = f"its score has more than {LARGEST >> 20} MB, which is the most"
 
 
@@ -48,8 +48,9 @@ def score_in_zip(data: bytes, is_score: Callable[[str], bool]) -> bytes:
 def score_in_mxl(data: bytes) -> bytes:
     """The score in a .mxl file: the one that its container names, else the first one. Raises UnreadableTab."""
     try:
-        named = ROOT_FILE.search(score_in_zip(data, CONTAINER.__eq__))
-        return score_in_zip(data, unescape(named[1].decode() if named else "").__eq__)
+        named = ROOT_FILE.findall(score_in_zip(data, CONTAINER.__eq__))
+        names = [unescape(name.decode()) for name in named]
+        return score_in_zip(data, next(filter(_is_musicxml, names), "".join(names[:1])).__eq__)
     except (UnreadableTab, UnicodeDecodeError):
         return score_in_zip(data, _is_musicxml)
 

@@ -64,6 +64,7 @@ class Note:
     turns: tuple[int, ...] = ()  # frets before the note's own, quickly
     tremolo: Fraction | None = None  # length of each stroke
     graces: list[Grace] = field(default_factory=list)
+    passes: frozenset[int] = frozenset()  # of its bar, from 1, in which it sounds; empty: all
 
     @property
     def signs(self) -> list[str]:
@@ -127,6 +128,7 @@ class Bar:
     beat: Fraction = Fraction(1)
     opens: bool = False  # a repeat
     plays: int = 1  # of the repeat that ends here; 1: none ends
+    after_jump: bool = False  # after a jump that repeat is played again
     endings: frozenset[int] = frozenset()  # of the passes, from 1, that play this bar; empty: all
     signs: frozenset[str] = frozenset()  # segno, coda, fine, "da capo al fine" ... (order.py)
     fifths: int = 0  # sharps of the key; negative: flats

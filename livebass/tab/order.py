@@ -1,6 +1,7 @@
 """The order in which the bars of a piece sound: repeats, endings, and jumps by signs.
 
-After a jump nothing is repeated, and of several endings the last one is played. Each jump is taken once.
+After a jump only repeats that say so are played again, and of several endings the last one. Each jump is taken once. A
+jump in a bar that closes a repeat waits until the bar is heard for the last time.
 """
 
 from __future__ import annotations
@@ -74,9 +75,10 @@ def order(bars: Sequence[Bar]) -> list[int]:
         bar, steps = bars[at], steps + 1
         if steps > MAX_BARS:
             raise UnreadableTab(f"its repeats and jumps make more than {MAX_BARS} bars")
-        if goal is None and at in closes and all(repeat.opens != at for repeat in active):
+        opens = at in closes and (goal is None or any(bars[close].after_jump for close in closes[at]))
+        if opens and all(repeat.opens != at for repeat in active):
             active.append(_Repeat(at, closes[at], _passes(endings, closes[at])))
-        if goal is not None:
+        if goal is not None and not active:
             heard = not endings[at] or not _is_followed(bars, at, max(endings[at]))
         else:
             heard = not (active and endings[at]) or active[-1].turn(at) in endings[at]
@@ -87,20 +89,29 @@ def order(bars: Sequence[Bar]) -> list[int]:
             at = inner[at]
             continue
         again[at] = 0
-        jump = _jump(bars, at, goal, jumped)
+        back = _back(active, bar, at, heard) if _is_heard_again(active, at, endings[at]) else None
+        jump = _jump(bars, at, goal, jumped) if back is None else None
         if jump is not None:
             (at, goal), active = jump, []
             continue
         if goal == FINE and FINE in bar.signs:
             break
-        if goal is None and active and bar.plays > 1:
-            if active[-1].goes_back(at, bar.plays, heard):
-                at = active[-1].opens
-                continue
-            if at >= active[-1].closes[-1]:
-                active.pop()
-        at += 1
+        back = _back(active, bar, at, heard) if back is None else back
+        if back is None and active and bar.plays > 1 and at >= active[-1].closes[-1]:
+            active.pop()
+        at = at + 1 if back is None else back
     return played
+
+
+def _back(active: Sequence[_Repeat], bar: Bar, at: int, heard: bool) -> int | None:
+    """The bar at which the innermost active repeat begins again after bar `at`; None: it does not."""
+    goes = bool(active) and bar.plays > 1 and active[-1].goes_back(at, bar.plays, heard)
+    return active[-1].opens if goes else None
+
+
+def _is_heard_again(active: Sequence[_Repeat], at: int, endings: frozenset[int]) -> bool:
+    """True if another pass of the innermost repeat plays bar `at`, which has these endings, once more."""
+    return bool(active) and (not endings or active[-1].turn(at) < max(endings))
 
 
 def inner_repeats(bars: Sequence[Bar]) -> dict[int, int]:

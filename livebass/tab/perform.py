@@ -111,9 +111,11 @@ def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Pe
     performer = _Performer(Tempos(_tempos(tab.bars, begins), holds))
     performer.lacks.update(track.signs)
     strings: dict[int, list[_Written]] = defaultdict(list)
+    turns = Counter[int]()
     for begin, number in begins:
+        turns[number] += 1
         if number < len(track.bars):
-            performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
+            performer.read_bar(begin, tab.bars[number], _heard(track.bars[number], turns[number]), strings)
     for string in sorted(strings):
         if 0 <= string < len(track.tuning):
             joined, lost = _join_ties(strings[string])
@@ -123,6 +125,16 @@ def perform(tab: model.Tab, track: model.Track, bars: range | None = None) -> Pe
             performer.lacks["note beyond the strings"] += len(strings[string])
     strokes = sorted(performer.strokes, key=lambda stroke: (stroke.time, stroke.string))
     return Performance(strokes, performer.tempos, begins, at, performer.lacks)
+
+
+def _heard(voices: Sequence[Sequence[model.Beat]], turn: int) -> Sequence[Sequence[model.Beat]]:
+    """The beats of a bar with the notes that sound when it is played for the `turn`th time."""
+    if not any(note.passes for voice in voices for beat in voice for note in beat.notes):
+        return voices
+    return [
+        [replace(beat, notes=[n for n in beat.notes if not n.passes or turn in n.passes]) for beat in voice]
+        for voice in voices
+    ]
 
 
 def _tempos(bars: Sequence[model.Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, model.Tempo]]:

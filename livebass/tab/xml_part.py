@@ -412,9 +412,10 @@ class Part:
             bar.opens = True
         elif repeat is not None:
             bar.plays = max(whole(repeat.get("times") or 0), 2)
+            bar.after_jump = repeat.get("after-jump") == "yes"
             self.counted |= {len(self.bars)} if repeat.get("times") else set()
         if ending is not None:
-            bar.endings = self.endings = _endings(ending.get("number") or ending.text or "") or self.endings
+            bar.endings = self.endings = _passes(ending.get("number") or ending.text or "") or self.endings
             if ending.get("type") != "start":
                 self.endings = frozenset()
 
@@ -573,7 +574,9 @@ class Part:
         """The note of the model."""
         k = bisect_right(self.forces, (written.bar, written.at), key=itemgetter(0))
         force = self.forces[k - 1][1] if k else model.FORTE
-        return note_of(written.element, *written.sounding.place, force, written.higher)
+        note = note_of(written.element, *written.sounding.place, force, written.higher)
+        note.passes = _passes(written.element.get("time-only") or "")
+        return note
 
     def _slur(self, element: Any, note: Note, before: Sequence[Note], slurs: set[str]) -> set[str]:
         """In tablature a slur from a note to the next one on its string is a hammer-on or a pull-off.
@@ -650,7 +653,7 @@ def _is_part(measure: Any) -> bool:
     return measure is not None and (measure.get("implicit") == "yes" or measure.get("number") == "0")
 
 
-def _endings(text: str) -> frozenset[int]:
+def _passes(text: str) -> frozenset[int]:
     """The passes in a text such as "1, 2", "1.-3." or "1-3"."""
     found: set[int] = set()
     for first, last in re.findall(r"(\d+)\.?(?:\s*-\s*(\d+))?", text):

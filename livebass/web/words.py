@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from livebass.files.kinds import MIDI_ENDINGS, TAB_ENDINGS
 from livebass.rows.units import note_name
 from livebass.score import reading, sentences, smf, tracknames
 
@@ -19,6 +20,7 @@ WORDS = {
         "minimum": tracknames.MIN_GAME,
         "refusal": tracknames.GAME_REFUSAL,
     },
+    "endings": {"midi": MIDI_ENDINGS, "tab": TAB_ENDINGS},
     "encodings": list(tracknames.ENCODINGS.values()),
     "longestName": smf.LONGEST_NAME,
     "take": reading.TAKE,

@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 from support.clap import Plugin
 from support.picture import Host, Picture, library, number
+from support.smf import named, smf
 from support.states import bass_of, without_instrument
 
 from livebass import load_preset
+from livebass.files.kinds import MIDI_ENDINGS
 from livebass.live.parameters import PARAMETERS
 from livebass.model.bench import change_bass
 from livebass.plugin import clap
@@ -136,6 +138,13 @@ def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, flo
             assert host.value(p.symbol) == values.get(p.symbol, p.default), p.symbol
     library().lb_undo(host.address)
     assert host.save() == before
+
+
+@pytest.mark.parametrize("ending", MIDI_ENDINGS)
+def test_the_path_of_a_midi_file_is_pasted(host: Host, tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"song{ending}"
+    path.write_bytes(smf(named(b"Bass", 0, 33, program=b"\x21")))
+    assert library().lb_take_text(host.address, str(path).encode()) is None
 
 
 @pytest.mark.parametrize(

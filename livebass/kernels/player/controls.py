@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
-from livebass.kernels.player.channels import follows, has_own_string, leading
+from livebass.kernels.player.channels import follows, has_own_notes, leading, owner_of
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
@@ -121,7 +121,7 @@ def set_pedal(p, channel, value):
     """Presses a channel's pedal, or releases it and stops the strings that it alone held."""
     pedal = 1 if value >= 64 else 0
     p.controls.channel[channel].pedal = pedal
-    if not has_own_string(p, channel):
+    if not has_own_notes(p, channel):
         p.controls.channel[ANY].pedal = pedal
     if not pedal:
         stop_pedalled(p, channel)
@@ -177,18 +177,24 @@ def range_with(semitones, number, value):
 def reset_controllers(p, channel):
     """Resets a channel's pedal, wheel, expression and RPN, and the controllers that all channels share.
 
-    Palm and vibrato return to the host's values. Volume, range and tuning stay, as MIDI asks (RP-015).
+    A channel with notes of its own resets only what is theirs. Palm and vibrato return to the host's values. Volume,
+    range and tuning stay, as MIDI asks (RP-015).
     """
     controls = p.controls
+    own = has_own_notes(p, channel)
     reset_channel(controls.channel[channel], controls.vibrato_set)
-    reset_channel(controls.channel[ANY], controls.vibrato_set)
-    controls.palm = controls.palm_set
-    controls.legato = 0
-    controls.sliding = 0
-    controls.slide_time = 0.0
-    p.position = p.placed
+    if own:
+        controls.channel_wheel[channel] = 0.0
+        controls.channel_place[channel] = np.nan
+    else:
+        reset_channel(controls.channel[ANY], controls.vibrato_set)
+        controls.palm = controls.palm_set
+        controls.legato = 0
+        controls.sliding = 0
+        controls.slide_time = 0.0
+        p.position = p.placed
     for i in range(MAX_STRINGS):
-        if follows(p, i, channel):
+        if follows(p, i, channel) and (not own or owner_of(p, i) == channel):
             controls.string_bend[i] = 0.0
             controls.string_expression[i] = 1.0
             p.hands.note_bend[i] = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
 from livebass.kernels.player import expression, words
-from livebass.kernels.player.channels import has_own_string, leading, pedal_is_down, rings_on
+from livebass.kernels.player.channels import has_own_notes, leading, pedal_is_down, rings_on
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
     COARSE_RPN,
@@ -87,8 +87,7 @@ def handle_message(p, ops, status, first, second):
     """
     if 0x80 <= status <= 0xEF and first <= 127 and second <= 127:
         channel = status & 0x0F
-        own = p.controls.mode != ALL_ALIKE and 0 <= channel - p.controls.first_channel < p.controls.channels
-        if not (own and handle_own_message(p, ops, status, first, second)):
+        if not (has_own_notes(p, channel) and handle_own_message(p, ops, status, first, second)):
             handle_common_message(p, ops, status, first, second)
     update_idle(p)
 
@@ -182,11 +181,11 @@ def set_mode(p, mode, first, channels):
     wanted = mode if channels > 1 else ALL_ALIKE
     if wanted != controls.mode:
         forget_channels(p)
-    of_strings = STRING_A_CHANNEL in (wanted, controls.mode)
+    meant = wanted != ALL_ALIKE or controls.mode != ALL_ALIKE
     controls.mode = wanted
     controls.first_channel = first
     controls.channels = channels
-    if of_strings:
+    if meant:
         share_pedals(p)
     controls.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
     controls.channel_wheel[:] = 0.0
@@ -200,10 +199,10 @@ def set_mode(p, mode, first, channels):
 
 @jit
 def share_pedals(p):
-    """Lets the pedals of all channels without a string of their own hold the whole bass."""
+    """Lets the pedals of all channels without notes of their own hold the whole bass."""
     pedals = 0
     for channel in range(CHANNELS):
-        if not has_own_string(p, channel):
+        if not has_own_notes(p, channel):
             pedals |= p.controls.channel[channel].pedal
     p.controls.channel[ANY].pedal = pedals
 

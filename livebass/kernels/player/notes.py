@@ -32,7 +32,7 @@ EVERY_STRING, EVERY_KEY = -1, -1
 def note_on(p, ops, channel, key, velocity):
     """Plays a channel's key: finds note and string, then sounds it with the left hand or a stroke."""
     hands = p.hands
-    channel = hold_key(p, channel, key)
+    hold_key(p, channel, key)
     own_place, own_string = p.controls.place_of[key], p.controls.string_of[key]
     hands.latest = -1
     p.controls.place_of[key] = np.nan
@@ -87,11 +87,9 @@ def sound_string(p, ops, i, before, node, velocity, own_place):
 
 @jit
 def hold_key(p, channel, key):
-    """Records that `channel` holds `key`; returns the channel for the note's string to follow, -1 in a zone."""
-    if p.controls.mode != ALL_ALIKE:
-        return np.int64(-1)
-    p.hands.holding[key] |= 1 << channel
-    return channel
+    """Records that `channel` holds `key`, while channels have no meaning."""
+    if p.controls.mode == ALL_ALIKE:
+        p.hands.holding[key] |= 1 << channel
 
 
 @jit

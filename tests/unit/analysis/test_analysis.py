@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.levels import sine
+from support.places import RECORDINGS
 from support.ringing import uneven
 from support.strings import paper_g, tiny
 
@@ -33,6 +34,7 @@ from livebass.sound.analysis import (
     spectrogram,
     spectrogram_db,
 )
+from livebass.sound.audiofile import read_sound
 from livebass.sound.meter import LoudnessMeter
 
 RATE = 48_000
@@ -107,6 +109,15 @@ def test_a_note_in_noise_keeps_its_octave(levels_db: dict[int, float]) -> None:
     sound = uneven(41.2, levels_db)
     heard = fundamental(sound + 0.01 * np.random.default_rng(2).normal(size=sound.size), RATE, hop=0.02).frequency_hz
     np.testing.assert_allclose(heard[:20], 41.2, rtol=0.01)
+
+
+def test_a_muted_note_is_not_an_octave_below_where_nothing_repeats() -> None:
+    """As its last periods die, any long lag has a dip in the lower partials."""
+    note = read_sound(RECORDINGS / "muted-eb.flac", "note", 10.0, (8_000, 400_000))
+    for threshold in (0.1, 0.2):
+        heard = fundamental(note.samples[:, 0], note.rate, threshold=threshold).frequency_hz
+        assert np.nanmin(heard) > 60, threshold
+    np.testing.assert_allclose(np.nanmedian(heard), 79.5, rtol=0.01)
 
 
 def test_a_note_is_not_the_octave_below_that_something_else_whispers() -> None:

@@ -206,10 +206,14 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
         for name, *values in (
             ("gain", 99.0), ("gain", "loud"), ("gain", float("nan")), ("gain", 1, 2), ("nix",), ("note", 200, 1),
             ("bass", "nix"), ("bass", 77), ("loop", 3.9, 3.95), ("tempo", 9.0),
+            ("loop", 0.0, float("inf")), ("loop", float("inf"), 1.0), ("loop", float("nan"), 1.0), ("loop", 1.0, 1e9),
+            ("metronome", float("inf")), ("position", float("-inf")), ("tempo", None), ("gain", b"1"),
+            ("note", 33, [1]),
         ):  # fmt: skip
             remote.send(name, *values)
             address, (why,) = remote.hear()
-            assert address == "error" and f"/livebass/{name}" in why and "\n" not in why
+            assert address == "error" and f"/livebass/{name}" in why
+            assert "\n" not in why and "()" not in why, "one line, without the names of functions"
         remote.send("meters")
         meters = dict(remote.hear() for _ in range(15))
         assert {"meter/load", "meter/peak", "meter/underruns", "meter/overload"} <= set(meters)

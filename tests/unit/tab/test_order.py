@@ -38,6 +38,13 @@ CASES = {
     "|: . [1,2]:|3 [3]:|2 [4]": "0 1 2 0 1 2 0 1 3 0 1 4",
     "|: . . [1,3]:|4 . [2,4]:|4": "0 1 2 3 0 1 2 4 5 0 1 2 3 0 1 2 4 5",
     "|: [1]:|2 [2] da_capo": "0 1 0 2 3 0 2 3",
+    # as Guitar Pro 8 and MuseScore play them: issues 2858, 2884 and 2885 of alphaTab
+    "|: da_coda da_capo_al_coda:|2 coda": "0 1 2 0 1 2 0 1 3",
+    "|: da_capo:|3 .": "0 1 0 1 0 1 0 1 2",
+    "|: [1]da_capo:|2 [2]": "0 1 0 2",
+    "|: [1]:|2 [2]da_capo:|2": "0 1 0 2 0 2",
+    ". da_coda coda da_capo_al_coda .": "0 1 2 3 0 1 2 3 4",
+    "|: [1]:|2 [2]:|2 .": "0 1 0 2 3",
 }  # fmt: skip
 
 
@@ -50,8 +57,9 @@ def bars(text: str) -> list[Bar]:
             word, plays = word.split(":|")
             bar.plays = int(plays)
         if word.startswith("["):
-            bar.endings = frozenset(map(int, word.strip("[]").split(",")))
-        elif word not in ("", "."):
+            endings, word = word[1:].split("]")
+            bar.endings = frozenset(map(int, endings.split(",")))
+        if word not in ("", "."):
             bar.signs = frozenset([word.replace("_", " ")])
         found.append(bar)
     return found

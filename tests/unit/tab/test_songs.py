@@ -288,6 +288,20 @@ def test_a_jump_in_sound_and_in_words_is_one_jump() -> None:
     assert [number for _, number in performance.bars] == [0, 1, 0]
 
 
+@pytest.mark.parametrize(("mark", "played"), [("", [0, 0, 1, 0, 1]), ('after-jump="yes"', [0, 0, 1, 0, 0, 1])])
+def test_a_repeat_is_played_again_after_a_jump_if_it_says_so(mark: str, played: list[int]) -> None:
+    close = f'<barline location="right"><repeat direction="backward" {mark}/></barline>'
+    performance = in_musicxml(low(3, 8) + close, low(5, 8) + '<sound dacapo="yes"/>')
+    assert [number for _, number in performance.bars] == played
+
+
+def test_a_note_for_some_passes_sounds_only_in_them() -> None:
+    note = low(3, 8).replace("<note>", '<note time-only="2, 3">')
+    close = '<barline location="right"><repeat direction="backward" times="4"/></barline>'
+    strokes = in_musicxml(note + close, low(5, 8)).strokes
+    assert [(round(s.time, 3), s.fret) for s in strokes] == [(2, 3), (4, 3), (8, 5)]
+
+
 def test_musicxml_swings_and_bends_by_steps() -> None:
     swing = "<swing><first>2</first><second>1</second><swing-type>eighth</swing-type></swing>"
     bend = "<bend><bend-alter>{}</bend-alter><{}/></bend>"
@@ -518,9 +532,12 @@ def test_a_piano_beside_a_bass_without_tablature_does_not_play() -> None:
 
 @pytest.mark.parametrize("named, fret", [("music/b.xml", 4), ("c.xml", 2), ("", 2)])
 def test_the_container_names_the_score(named: str, fret: int) -> None:
-    container = f'<container><rootfiles><rootfile full-path="{named}"/></rootfiles></container>'.encode()
+    files = "".join(f'<rootfile full-path="{name}"/>' for name in ("music/b.pdf", named) if named)
+    container = f"<container><rootfiles>{files}</rootfiles></container>".encode()
     first, second = (scored(plain(step, 2, 8)).encode() for step in "AB")
-    data = zip_files({"a.xml": first, "music/b.xml": second, "META-INF/container.xml": container})
+    data = zip_files(
+        {"music/b.pdf": b"%PDF-", "a.xml": first, "music/b.xml": second, "META-INF/container.xml": container}
+    )
     assert [stroke.fret for stroke in play(parse(data)).strokes] == [fret]
 
 

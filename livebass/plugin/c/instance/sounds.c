@@ -156,7 +156,7 @@ const char *lb_take_dropped(lb_instance *i, const char *text) {
 }
 
 const char *lb_take_text(lb_instance *i, const char *text) {
-    static const char *const files[] = {".wav", ".mid", ".midi", ".kar", ".rmi"};
+    static const char *const files[] = {".wav", LB_MIDI_ENDINGS};
     char folder[LB_PATH], path[LB_PATH];
     lb_kept kept;
     copy_path(text, path);

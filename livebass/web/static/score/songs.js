@@ -6,6 +6,7 @@ import {AUTO, Song} from "./song.js";
 import {state} from "../pages/state.js";
 import {isTab, openTab} from "./tab.js";
 import {Transport} from "./transport.js";
+import {WORDS} from "../words.js";
 
 // Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
@@ -44,6 +45,7 @@ $("transport").append(transport.back, transport.next, transport.where, ...transp
 
 export const putPart = () => transport.replace();
 
+$("song-file").accept += `,${WORDS.endings.midi}`;
 $("open").onclick = () => $("song-file").click();
 $("song-file").onchange = () => {
   const [file] = $("song-file").files || [];

@@ -4,10 +4,10 @@ import {$, NAMES, PAGE, bassCalled, chooseBass, chosenBass, make, makeButton} fr
 import {player} from "../audio/player.js";
 import {state} from "../pages/state.js";
 import {Transport} from "./transport.js";
+import {WORDS} from "../words.js";
 
 const LATEST = 100; // looks that wait for the bass
 const COLUMNS = 40; // of a bar in the text
-const ENDINGS = ".gp,.gp3,.gp4,.gp5,.gpx,.musicxml,.mxl,.xml";
 const TIE = 1e-6; // frames by which a time may lie below the middle of two frames
 // The signs beside a fret, in the text and on the neck
 /** @type {Record<string, string>} */
@@ -22,7 +22,7 @@ let marks = []; // on the neck
 const text = make("pre", {tabIndex: 0}), about = make("p");
 
 // True for a file that may be a tablature, by its name.
-export const isTab = (/** @type {File} */ file) => ENDINGS.split(",").some(ending => file.name.toLowerCase().endsWith(ending));
+export const isTab = (/** @type {File} */ file) => WORDS.endings.tab.some((/** @type {string} */ ending) => file.name.toLowerCase().endsWith(ending));
 
 // Has a tablature read by the server of this page, and shows it.
 export async function openTab(/** @type {File} */ file) {
@@ -143,7 +143,7 @@ function look() {
 const {back, next, labels} = transport;
 $("tab").append(about, text, make("div", {className: "tools"}, back, play, next, loop, ...labels));
 if (PAGE.opens) {
-  $("song-file").accept += `,${ENDINGS}`;
+  $("song-file").accept += `,${WORDS.endings.tab}`;
   $("song-text").textContent = "Drop a MIDI file or a tablature here.";
 }
 const built = PAGE.tab;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -141,6 +141,52 @@ def test_after_mode_4_a_pedal_that_stayed_down_holds_all_again() -> None:
     assert hands.strings("state")[A] == FREE, "channels have their own pedals there"
     hands(*by(0, on(OPEN[A]), off(OPEN[A])))
     assert hands.strings("state")[A] == PEDALLED
+
+
+def in_a_zone(*before: Message) -> Hands:
+    """An MPE zone of channels 2 to 6, after these messages: E1 sounds on channel 2, A1 on channel 3."""
+    hands = Hands()
+    hands(*before, *MPE, *by(1, on(OPEN[E])), *by(2, on(OPEN[A])))
+    return hands
+
+
+@pytest.mark.parametrize("early", [False, True], ids=["after the zone", "before the zone"])
+def test_in_a_zone_the_pedal_of_a_notes_channel_holds_its_notes(early: bool) -> None:
+    """MPE has the pedal on the master's channel; some senders repeat it on those of the notes."""
+    hands = in_a_zone(*by(1, control(64, 127)) * early)
+    hands(*by(1, control(64, 127)) * (not early), *by(1, off(OPEN[E])), *by(2, off(OPEN[A])))
+    assert hands.strings("state")[:2] == [PEDALLED, FREE]
+    hands(*by(2, on(OPEN[A]), off(OPEN[A]), control(64, 0)))
+    assert hands.strings("state")[:2] == [PEDALLED, FREE], "another note's pedal does not end it"
+    assert last_numbers(hands(*by(1, control(64, 0))), at.HAND).keys() == {E}
+
+
+def test_in_a_zone_the_pedal_of_the_master_holds_all() -> None:
+    hands = in_a_zone()
+    hands(*by(0, control(64, 127)), *by(1, control(64, 127), control(64, 0), off(OPEN[E])), *by(2, off(OPEN[A])))
+    assert hands.strings("state")[:2] == [PEDALLED, PEDALLED], "a note's channel does not lift the master's pedal"
+    assert last_numbers(hands(*by(0, control(64, 0))), at.HAND).keys() == {E, A}
+
+
+def test_in_a_zone_a_string_is_its_last_notes() -> None:
+    """A channel that played the string before does not hold it."""
+    hands = in_a_zone()
+    hands(*by(1, off(OPEN[E])), *by(4, on(OPEN[E])), *by(1, control(64, 127)), *by(4, off(OPEN[E])))
+    assert hands.strings("state")[E] == FREE
+
+
+@pytest.mark.parametrize(("start", "one"), [(in_a_zone, 1), (by_string, 1)], ids=["notes", "strings"])
+def test_a_reset_of_a_notes_channel_leaves_the_whole_bass(start: Callable[[], Hands], one: int) -> None:
+    hands, whole = start(), 0 if start is in_a_zone else 9
+    hands(*by(whole, control(64, 127), wheel(8191), control(9, 127)), *by(one, wheel(4096), control(64, 127)))
+    string = int(np.flatnonzero([bend != 0 for bend in hands.p["controls"]["string_bend"]])[0])
+    palm = hands.p["controls"]["palm"]
+    events = hands(*by(one, control(121)))
+    assert semitones(events) == pytest.approx(dict.fromkeys(range(4), 2.0)), "its own bend ends"
+    assert hands.p["controls"]["palm"] == palm
+    hands(*by(one, off(OPEN[string])))
+    assert hands.strings("state")[string] == PEDALLED
+    assert {string} == last_numbers(hands(*by(whole, control(121))), at.HAND).keys()
 
 
 def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
