@@ -160,7 +160,7 @@ def test_long_namespaces_and_default_attributes_are_refused_before_they_cost(enc
     default = f'{head}<!DOCTYPE a [<!ATTLIST b c CDATA "{"n" * 100_000}">]><a>{elements}</a>'
     with pytest.raises(UnreadableTab, match="declares default attributes"):
         parsed_xml(default.encode(encoding))
-    assert time.process_time() - began < 1
+    assert time.process_time() - began < LONGEST
     short = f'{head}<!DOCTYPE a [<!ATTLIST a c CDATA #IMPLIED>]><a xmlns="http://of/scores"><b/></a>'
     assert [each.tag for each in parsed_xml(short.encode(encoding)).iter()] == ["a", "b"]
 
