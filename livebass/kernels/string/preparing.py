@@ -82,7 +82,7 @@ LISTS = {
     "obstacles": 2,  # (m from the stop, height in m)
     "surface": 2,  # (m from the stop, height in m), ascending: replaces obstacles
     "taps": 2,  # or 1: see PICKUPS
-    "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each mode that may answer
+    "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each line that may answer
 }
 MAX_WORDS = 1 << 23  # of an instrument file
 NOTE_WORDS = [
@@ -547,7 +547,10 @@ def set_answers(work, note, op):
 
 @jit
 def set_exchange(work, note, op):
-    """Fills the rates at which u and v exchange amplitudes."""
+    """Fills the axes, and the rates at which u and v exchange amplitudes."""
+    op.axes[0], op.axes[1] = 1.0, 0.0
+    if op.turned > 0:
+        op.axes[0], op.axes[1] = cos(note.axes_turned), sin(note.axes_turned)
     for k in range(min(op.turned, op.modes)):
         found = exchange(note, numbers_of(work), k + 1)
         exchange_row(op, 0)[k] = found[0]
