@@ -92,7 +92,9 @@ class _Axis:
 def _resonances(neck: Neck, across: bool) -> list[Resonance]:
     """The neck's resonances along a, or along b: those that bend it are higher there."""
     higher = math.sqrt(neck.stiffness_across) if across and neck.own_across else 1.0
-    return [replace(one, frequency=one.frequency * (higher if one.shape else 1.0)) for one in neck.admittance.resonances]
+    return [
+        replace(one, frequency=one.frequency * (higher if one.shape else 1.0)) for one in neck.admittance.resonances
+    ]
 
 
 def _without_neck(s: Speaking, n: int, across: bool) -> Floats:

@@ -17,7 +17,9 @@ c v - s u, and what the line gains returns to both. This turn keeps the energy. 
 u and v is turned; its line along b is omitted.
 
 Strings are computed one after another, each ahead of the clock and back. So each string carries the answering lines of
-all others as its own oscillators and sounds them itself: no string waits for another. Answers to answers are omitted.
+all others as its own oscillators and sounds them itself: no string waits for another. Where lines of two idle strings
+meet, one passes its answer on to the other by the part Im G of the same exchange, which keeps energy whatever else is
+exchanged.
 
 The exchange is passive. Once in EVERY frames a pair advances by its exact flow, whose energy norm is exp(|Re G| t): the
 losses of both lines are greater, as Re G is kept below the limit they allow. Pairs of one line share that limit: those
@@ -39,11 +41,12 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import number_at, tap_row
-from livebass.kernels.string.records import BLOCK, RING_ON, UNKNOWN
+from livebass.kernels.string.records import BLOCK, MAX_LINKS, RING_ON, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 from livebass.kernels.string.turning import along_axis
 
 NEAR = 2 * np.pi * 20.0  # rad/s
+LINKED = 0.02  # |G| over the difference and the losses of two idle strings' lines: a weaker link is left out
 WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below its partial
 EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
@@ -100,8 +103,44 @@ def fill_answers(string, i, instrument, ops):
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
+    link_lines(string, instrument, ops)
     a.damped_for = UNKNOWN
     a.pairs_for[0] = UNKNOWN
+
+
+@jit
+def link_lines(string, instrument, ops):
+    """Links lines of different idle strings that meet along one axis."""
+    a, time = string.answers, EVERY / string.voice.rate
+    a.links = 0
+    for g in range(a.count):
+        t = a.string[g]
+        admittance, listed = floats_at(ops[t, 0].answers, 2 * ops[t, 0].answering), np.int64(0)
+        for other in range(instrument.strings):  # in the list of string t
+            if other == t:
+                continue
+            first = listed - lines_before(a, other)
+            listed += instrument.answering_modes[other] * (1 + (ops[other, 0].turned > 0))
+            for h in range(g + 1, a.count):
+                if a.string[h] != other or a.across[h] != a.across[g] or a.omega[g] == 0.0 or a.omega[h] == 0.0:
+                    continue
+                imaginary = -np.sqrt(a.stiffness[g] * a.stiffness[h]) * admittance[2 * (first + h) + 1]
+                away = abs(a.omega[h] - a.omega[g]) + a.sigma[g] + a.sigma[h]
+                if a.links < MAX_LINKS and abs(imaginary) > LINKED * away:
+                    turned = min(max(imaginary * time, -MAX_FLOW), MAX_FLOW)
+                    r = np.sqrt(a.density[g] / a.density[h]) * a.omega[g] / a.omega[h]
+                    a.link_ends[a.links, 0], a.link_ends[a.links, 1] = g, h
+                    set_flow(a.link_flow[a.links], 0.0, turned, r)
+                    a.links += 1
+
+
+@jit
+def lines_before(a, t):
+    """Number of lines of a string's others before those of string `t`."""
+    n = 0
+    while n < a.count and a.string[n] < t:
+        n += 1
+    return n
 
 
 @fast
@@ -322,7 +361,6 @@ def exchange(string, slot, op, step):
     for p in range((voice.frame - voice.begun) % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
         flow = a.flow[p]
-        c_x, c_y, on_x, on_y, back_x, back_y = flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]
         own_q, own_p = modal.state_of(u, i)
         q, y = own_q, -flow[7] * own_p
         if op.turned > 0:
@@ -330,15 +368,9 @@ def exchange(string, slot, op, step):
             q, y = flow[10] * q + flow[11] * q_v, flow[10] * y - flow[11] * flow[9] * p_v
         k = a.place[g]
         x, z = (a.q[k], -a.y[k]) if k != UNKNOWN else (0.0, 0.0)
-        q_after = c_x * q - c_y * y + back_x * x - back_y * z
-        y_after = c_x * y + c_y * q + back_x * z + back_y * x
+        q_after, y_after, x, z = exchanged(flow, q, y, x, z)
         gained_q, gained_y = q_after - q, y_after - y
-        x, z = c_x * x - c_y * z + on_x * q - on_y * y, c_x * z + c_y * x + on_x * y + on_y * q
-        if k != UNKNOWN:
-            a.q[k], a.y[k] = x, -z
-        elif x * x + z * z > DEAD * DEAD:
-            begin_answer(voice, a, g, x, -z)
-        else:
+        if not put_answer(voice, a, g, x, z):
             continue
         slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
         if op.turned == 0:
@@ -347,6 +379,46 @@ def exchange(string, slot, op, step):
         modal.set_state(u, i, own_q + flow[10] * gained_q, own_p - flow[6] * flow[10] * gained_y)
         modal.set_state(slot.v, i, q_v + flow[12] * gained_q, p_v - flow[8] * flow[12] * gained_y)
         slot.v_active = max(slot.v_active, slot.active)
+
+
+@jit
+def pass_on(string):
+    """Passes answers on in the links due this frame."""
+    voice, a = string.voice, string.answers
+    for p in range((voice.frame - voice.begun) % EVERY, a.links, EVERY):
+        g, h = a.link_ends[p, 0], a.link_ends[p, 1]
+        k, m = a.place[g], a.place[h]
+        idle = (voice.idle >> a.string[g]) & (voice.idle >> a.string[h]) & 1
+        if not idle or (k == UNKNOWN and m == UNKNOWN):
+            continue
+        q, y = (a.q[k], -a.y[k]) if k != UNKNOWN else (np.float32(0.0), np.float32(0.0))
+        x, z = (a.q[m], -a.y[m]) if m != UNKNOWN else (np.float32(0.0), np.float32(0.0))
+        q_after, y_after, x_after, z_after = exchanged(a.link_flow[p], q, y, x, z)
+        put_answer(voice, a, g, q_after, y_after)
+        put_answer(voice, a, h, x_after, z_after)
+
+
+@jit
+def exchanged(flow, q, y, x, z):
+    """q - i y of one line and x - i z of another after an exchange; both are given and returned with y and z turned."""
+    q_after = flow[0] * q - flow[1] * y + flow[4] * x - flow[5] * z
+    y_after = flow[0] * y + flow[1] * q + flow[4] * z + flow[5] * x
+    x_after = flow[0] * x - flow[1] * z + flow[2] * q - flow[3] * y
+    z_after = flow[0] * z + flow[1] * x + flow[2] * y + flow[3] * q
+    return q_after, y_after, x_after, z_after
+
+
+@jit
+def put_answer(voice, a, g, x, z):
+    """Sets the motion of a line, as `exchanged` returns it; returns whether it sounds, as a silent one may stay DEAD."""
+    k = a.place[g]
+    if k != UNKNOWN:
+        a.q[k], a.y[k] = x, -z
+        return True
+    if x * x + z * z > DEAD * DEAD:
+        begin_answer(voice, a, g, x, -z)
+        return True
+    return False
 
 
 @jit
@@ -366,6 +438,8 @@ def excite_answers(string, ops, step):
     slot = string.slots[voice.slot]
     if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
         exchange(string, slot, ops[slot.fret], step)
+    if voice.idle != 0 and voice.answering:
+        pass_on(string)
 
 
 @jit

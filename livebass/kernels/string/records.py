@@ -455,6 +455,8 @@ CONTACT = np.dtype(
     align=True,
 )
 
+MAX_LINKS = 64  # pairs of idle strings' lines that pass answers on
+
 # The lines of other strings that may answer one string, string after string (answers.py)
 ANSWERS = np.dtype(
     [
@@ -484,6 +486,10 @@ ANSWERS = np.dtype(
         _answers("sine"),
         _answers("muted"),  # factor per frame of the hands on an idle string ...
         _answers("rested"),  # ... and of those on one that answers
+        # lines of idle strings that pass answers on to each other, and one exchange of each, as below
+        ("links", "i8"),
+        ("link_ends", "i8", (MAX_LINKS, 2)),
+        ("link_flow", "f8", (MAX_LINKS, 6)),
         # workspace: recomputed when the hands or the sounding fret change
         ("pairs", "i8"),
         ("pairs_for", "i8", (2,)),  # key of these: operator, idle strings ...
@@ -495,8 +501,8 @@ ANSWERS = np.dtype(
         _answers("pair_effect"),  # |G| over the difference of the lines
         _answers("pair_share"),  # of the losses of both that Re G needs ...
         _answers("pair_allowed"),  # ... and factor by which Re G keeps within them
-        # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse of u, and of v;
-        # how much u and v move along the axis, and how much v moves with it
+        # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse, for u and
+        # for v; how much u and v move along the axis, and how much v moves with it
         ("flow", "f8", (MAX_ANSWERS, 13)),
     ],
     align=True,
