@@ -32,8 +32,8 @@ class Coupled:
     def answers(self, u: tuple[Floats, Floats], v: tuple[Floats, Floats], seconds: float) -> Floats:
         """Amplitudes (m^1.5) of the other strings' modes along a and b, (strings, 2, modes), after `seconds`.
 
-        u, v: displacements and velocities of the first string's modes at the beginning, (modes,) each. Only motion within
-        NEAR of a mode's own frequency counts.
+        u, v: displacements and velocities of the first string's modes at the beginning, (modes,) each. Only motion
+        within NEAR of a mode's own frequency counts.
         """
         c, s = math.cos(self.turned), math.sin(self.turned)
         along = [(c * x + s * y, c * y - s * x) for x, y in zip(u, v, strict=True)]
