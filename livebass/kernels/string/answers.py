@@ -410,7 +410,7 @@ def exchanged(flow, q, y, x, z):
 
 @jit
 def put_answer(voice, a, g, x, z):
-    """Sets the motion of a line, as `exchanged` returns it. A silent one stays so if DEAD: returns whether it sounds."""
+    """Sets the motion of a line, as `exchanged` returns it; returns False for a silent one that stays DEAD."""
     k = a.place[g]
     if k != UNKNOWN:
         a.q[k], a.y[k] = x, -z
