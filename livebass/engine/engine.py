@@ -18,6 +18,7 @@ from livebass.engine.image import image
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
+from livebass.kernels.machine.samples import add_sound, round_sound
 from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.player.words import row_of
 from livebass.kernels.score.lines import LONGEST
@@ -358,14 +359,15 @@ def check_tail(tail: float | None) -> None:
 
 def mix_strings(strings: NDArray[np.float32]) -> NDArray[np.float32]:
     """Sums (n_strings, n_frames) string after string in float32, (n_frames,): stems add up to the mix."""
+    strings = np.ascontiguousarray(strings, np.float32)
     mix = strings[0].copy()
     for string in strings[1:]:
-        mix += string
+        add_sound(string.ctypes.data, mix.ctypes.data, len(mix))
     return mix
 
 
 def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
     """Converts a sound to float32, with 0 for subnormal numbers, as in the audio thread."""
-    out = sound.astype(np.float32)
-    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
+    given, out = np.ascontiguousarray(sound, np.float64), np.zeros(sound.shape, np.float32)
+    round_sound(given.ctypes.data, out.ctypes.data, out.size)
     return out

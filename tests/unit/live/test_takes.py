@@ -276,6 +276,9 @@ def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
     """As on the audio thread, which flushes denormals to zero: a tail must not differ there."""
     soft = np.array([1e-39, -1e-40, 2e-38, 0.5, 0.0])
     assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
+    assert np.isnan(single(np.array([np.nan]))).all()
+    strings = single(np.array([[2.5e-38, 2.5e-38, 0.5], [-2.4e-38, 2.5e-38, 0.25]]))
+    assert mix_strings(strings).tolist() == [0.0, np.float32(5e-38), 0.75]
 
 
 def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:

@@ -266,12 +266,13 @@ def test_the_floor_lasts_through_rests_and_ends() -> None:
 
 
 def test_a_panic_takes_the_floor_along() -> None:
-    """In blocks of any sizes; a string that sounds before or after keeps the floor as usual."""
+    """In blocks of any sizes, whichever string it ends; one that sounds before or after keeps the floor as usual."""
     panic, note = (
         [(0, 0x90, 40, 100), (RATE, 0xB0, 120, 0)],
         [(RATE + 200, 0x90, 45, 100), (RATE + 30200, 0x80, 45, 64)],
     )
-    for messages, ends in ((panic, True), (panic + note, False)):
+    of_one_string = [(0, 0xB0, 126, 4), (0, 0x92, 40, 100), (RATE, 0xB2, 120, 0)]  # a channel a string: the A
+    for messages, ends in ((panic, True), (panic + note, False), (of_one_string, True)):
         once = []
         for size in (RATE, 777):
             engine = Engine(even(**FLOOR), QUICK, RATE)
