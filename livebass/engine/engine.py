@@ -303,7 +303,7 @@ class Engine(Playing):
         jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # in parallel, the longest first
         list(pool.map(run, jobs) if pool else map(run, jobs))
         if self._floor["level"][0] + self._floor["hum"][0] > 0:
-            self.floor = self._add_floor(out, self._pending[0][: used[0]])
+            self.floor = self._add_floor(out, [self._pending[i][:n] for i, n in enumerate(used)])
         for i, n in enumerate(used):
             self._pending[i] = self._pending[i][n:]
         self.frame += count
@@ -323,9 +323,10 @@ class Engine(Playing):
         """The FLOOR of the bass, (1,)."""
         return self.bass.record["floor"]
 
-    def _add_floor(self, out: NDArray[np.float64], events: NDArray[np.void]) -> NDArray[np.float64]:
-        """Adds the floor to a block of the first string, and returns the floor; `events` (n,): that string's."""
-        floor, received = np.abs(out).max(axis=0), np.ascontiguousarray(events)
+    def _add_floor(self, out: NDArray[np.float64], events: list[NDArray[np.void]]) -> NDArray[np.float64]:
+        """Adds the floor to a block of the first string, and returns the floor; `events`: each string's, (n,)."""
+        floor, received = np.abs(out).max(axis=0), np.concatenate(events)
+        received = received[np.argsort(received["frame"], kind="stable")]
         add_floor(self.bass.address, floor.ctypes.data, len(floor), received.ctypes.data, len(received))
         out[0] += floor
         return np.asarray(floor)

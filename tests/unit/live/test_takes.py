@@ -281,6 +281,16 @@ def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
     assert mix_strings(strings).tolist() == [0.0, np.float32(5e-38), 0.75]
 
 
+@pytest.mark.parametrize("seed", quick(range(100), range(4)))
+def test_a_take_has_every_bit_of_its_render(seed: int, tmp_path: Path) -> None:
+    """Hands that end one string's sound end the floor that lies under all, and the softest sample is silent in both."""
+    mode = list(MODES)[seed % len(MODES)]
+    messages = performance(np.random.default_rng([seed, *map(ord, mode)]), mode, RATE // 2, 60)
+    sound, _ = live(tmp_path / "take.mid", messages, 3 * RATE // 2)
+    again = rendered(read_score(tmp_path / "take.mid", RATE), len(sound))
+    assert sound.tobytes() == again.tobytes()
+
+
 def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:
     """102 to 109, the controllers of learned ones in a take: live and in the take."""
     moved = [(LEARNED + NUMBERS[symbol], 15 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
