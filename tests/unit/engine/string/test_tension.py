@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.motion import scale_motion
 from support.own_basses import PLAYED, load_preset
 from support.played import RATE, Played, event
 from support.strings import even, far_from_frets
@@ -77,8 +78,7 @@ def test_a_wide_swing_is_sharp_as_a_stretched_string_is(preset: str, i: int) -> 
         voice, ops = engine.voices[i], engine.pool.records[i]
         play_frames(voice, ops, event(PLUCK, apex=1e-3, place=0.4), np.zeros(round(0.02 * RATE)))
         slot = voice.slots[int(voice.record["slot"][0])]
-        for rows in (slot["u"]["low"], slot["u"]["high"], slot["v"]["low"], slot["v"]["high"]):
-            rows["q"], rows["p"] = 0.0, 0.0
+        scale_motion(slot, 0.0)
         low = slot["u"]["low"]
         low["q"][0] = swing
         play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(round(seconds * RATE)))
