@@ -15,7 +15,7 @@ from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import FREE_PART, bending_shape, neck_damping
 from livebass.rows.arrays import Floats
 
-AROUND = 0.05  # s
+AROUND, SPREAD = 0.05, np.linspace(-0.5, 0.5, 40)  # s, and moments in it
 
 
 class Coupled:
@@ -57,14 +57,21 @@ class Coupled:
 
         Root mean square over AROUND, after the motion forced by other partials has passed.
         """
+        return np.asarray(np.sqrt(np.mean(np.abs(self._moving(q, v, seconds + AROUND * SPREAD)) ** 2, axis=1)))
+
+    def phasors(self, q: Floats, v: Floats, seconds: float) -> Floats:
+        """The same with their phases: q - i dq/dt / omega, the mean over AROUND as the modes turn."""
+        moving = self._moving(q, v, seconds + AROUND * SPREAD)
+        return np.asarray(np.mean(moving * np.exp(-2j * math.pi * np.outer(self.nu, AROUND * SPREAD)), axis=1))
+
+    def _moving(self, q: Floats, v: Floats, times: Floats) -> Floats:
+        """q - i dq/dt / omega of the second string's modes, (modes, times)."""
         state = np.zeros(2 * self.size)
         state[: self.modes], state[self.size : self.size + self.modes] = q, v
         parts = np.linalg.solve(self.vectors, state)
-        times = seconds + np.linspace(-0.5, 0.5, 40) * AROUND
         now = (self.vectors @ (parts[:, None] * np.exp(np.outer(self.values, times)))).real
         second = slice(self.modes, 2 * self.modes)
-        moving = now[self.size :][second] / (2 * math.pi * self.nu[:, None])
-        return np.asarray(np.sqrt(np.mean(now[: self.size][second] ** 2 + moving**2, axis=1)))
+        return np.asarray(now[: self.size][second] - 1j * now[self.size :][second] / (2 * math.pi * self.nu[:, None]))
 
 
 def _without_neck(s: Speaking, n: int) -> Floats:

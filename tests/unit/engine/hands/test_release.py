@@ -106,7 +106,7 @@ def test_a_finger_that_eases_off_keeps_the_string_stopped_at_first(preset: str, 
 def test_waves_that_lie_on_a_finger_lose_as_if_it_covered_the_string(preset: str, resistance: float) -> None:
     """A finger of R N s/m takes R / (2 mu L) a second from modes whose waves are shorter than it is wide."""
     made = engine(preset, free=True)
-    ended, wide = Ended(made, 1, 0), 30e-3
+    ended, wide = Ended(made, 1, 0), 40e-3
     finger = event(TOUCH_EVENT, place=0.3, resistance=resistance, width=wide)
     finger["frame"] = round(RINGS * RATE)
     before = ended.after(10e-3, finger).speeds()
@@ -115,7 +115,7 @@ def test_waves_that_lie_on_a_finger_lose_as_if_it_covered_the_string(preset: str
     free = [alone.speeds(), alone.after(20e-3).speeds()]
     under = int(ended.voice.slots[int(ended.voice.record["slot"][0])]["touch_modes"][0])
     short = np.arange(MODES) >= under
-    short &= (before > 1e-4 * before.max()) & (after > 0)
+    short &= (before > 1e-5 * before.max()) & (after > 0)
     taken = -np.log(after[short] / before[short] * free[0][short] / free[1][short]) / 20e-3
     mass = float(op["fine"] ** 2 / op["weight"] * op["length"])
-    assert short.sum() > 8 and np.abs(taken / (resistance / (2 * mass)) - 1).max() < 0.03, taken
+    assert short.sum() > 5 and np.abs(taken / (resistance / (2 * mass)) - 1).max() < 0.03, taken
