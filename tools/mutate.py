@@ -52,36 +52,40 @@ OWN = {"bass": "tests/unit/plugin/test_instrument.py"}  # tests outside the engi
 PINNED = "tests/unit/engine/test_pinned.py"
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 
+import ctypes
 import os
 
 from livebass.compiling import FROM_SOURCE, entry, shared
 
+NUMBER = ctypes.c_int64(int(os.environ.get("LIVEBASS_MUTANT", 0)))  # for all but the library, which has its own
+
 
 def chosen():
     """For what kernels share with Python, where Python calls it."""
-    return int(os.environ.get("LIVEBASS_MUTANT", 0))
+    return NUMBER.value
 
 
 choose = None
 if FROM_SOURCE:
-    from llvmlite import ir
+    from llvmlite import binding, ir
     from numba.core import types
     from numba.extending import intrinsic, overload
 
-    WORD, FIXED = ir.IntType(64), "LIVEBASS_FROM_SOURCE" not in os.environ  # not in the process of the emitter
+    WORD, ALONE = ir.IntType(64), "LIVEBASS_FROM_SOURCE" not in os.environ  # single kernels, not the emitter's
+    if ALONE:  # numba keeps them on disk for all mutants: each process that loads them puts its own number there
+        binding.add_symbol("lb_mutant", ctypes.addressof(NUMBER))
 
     def word(module):
         if "lb_mutant" in module.globals:
             return module.globals["lb_mutant"]
         made = ir.GlobalVariable(module, WORD, "lb_mutant")
-        made.linkage, made.initializer = "linkonce_odr", ir.Constant(WORD, 0)
+        if not ALONE:
+            made.linkage, made.initializer = "linkonce_odr", ir.Constant(WORD, 0)
         return made
 
     @intrinsic
     def switched(typing):
         def generate(context, builder, signature, given):
-            if FIXED:
-                return ir.Constant(WORD, int(os.environ.get("LIVEBASS_MUTANT", 0)))
             found = builder.load(word(builder.module))
             found.set_metadata("invariant.load", builder.module.add_metadata([]))
             return found
@@ -154,6 +158,7 @@ import livebass.cli  # noqa: F401
 import livebass.engine.engine
 import livebass.live.synth  # noqa: F401
 from livebass.compiling.library import library
+from livebass.kernels.machine import mutant
 
 CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library()("choose_mutant"))
 OPTIONS = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
@@ -178,6 +183,7 @@ def noticed(k, room):
         os.dup2(out, 1)
         os.dup2(out, 2)
         os.environ["LIVEBASS_MUTANT"] = str(k)
+        mutant.NUMBER.value = k
         CHOOSE(k)
         status = 3
         try:

@@ -30,14 +30,18 @@ class Coupled:
         self.axes = [_Axis(bass, frets, modes, across) for across in (False, True)]
 
     def answers(self, u: tuple[Floats, Floats], v: tuple[Floats, Floats], seconds: float) -> Floats:
-        """Amplitudes (m^1.5) of the other strings' modes along a and b, (strings, 2, modes), after `seconds`.
+        """Amplitudes (m^1.5) of the other strings' modes: `phasors` without their phases."""
+        return np.abs(self.phasors(u, v, seconds))
+
+    def phasors(self, u: tuple[Floats, Floats], v: tuple[Floats, Floats], seconds: float) -> Floats:
+        """q - i dq/dt / omega (m^1.5) of the other strings' modes along a and b, (strings, 2, modes), after `seconds`.
 
         u, v: displacements and velocities of the first string's modes at the beginning, (modes,) each. Only motion
         within NEAR of a mode's own frequency counts.
         """
         c, s = math.cos(self.turned), math.sin(self.turned)
         along = [(c * x + s * y, c * y - s * x) for x, y in zip(u, v, strict=True)]
-        found = [axis.answers(*(pair[k] for pair in along), seconds) for k, axis in enumerate(self.axes)]
+        found = [axis.phasors(*(pair[k] for pair in along), seconds) for k, axis in enumerate(self.axes)]
         return np.stack(found, axis=1)
 
 
@@ -79,14 +83,14 @@ class _Axis:
         self.values, self.vectors = np.linalg.eig(flow)
         self.nu = np.concatenate(pitches[1:])
 
-    def answers(self, q: Floats, v: Floats, seconds: float) -> Floats:
-        """Amplitudes (m^1.5) of the other strings' modes, (strings, modes): Coupled.answers."""
+    def phasors(self, q: Floats, v: Floats, seconds: float) -> Floats:
+        """q - i dq/dt / omega (m^1.5) of the other strings' modes, (strings, modes): Coupled.phasors."""
         state, n = np.zeros(2 * self.size), self.modes
         state[:n], state[self.size : self.size + n] = q[:n], v[:n]
         parts = np.linalg.solve(self.vectors, state)
         others = self.vectors[n : n + self.nu.size] * (parts * np.exp(self.values * seconds))
         near = np.abs(self.values.imag / (2 * math.pi) - self.nu[:, None]) < NEAR  # half of each pair of eigenvalues
-        return 2 * np.abs(np.sum(others * near, axis=1)).reshape(-1, n)
+        return np.asarray(2 * np.sum(others * near, axis=1).reshape(-1, n))
 
 
 def _resonances(neck: Neck, across: bool) -> list[Resonance]:

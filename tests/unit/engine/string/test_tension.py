@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from support.motion import scale_motion
+from support.own_basses import PLAYED, load_preset
 from support.played import RATE, Played, event
+from support.strings import even, far_from_frets
 
+from livebass import QUALITIES
+from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
+from livebass.kernels.bass.instrument import BEYOND
 from livebass.kernels.string.records import EVENT, HAND, PLUCK
 
 LOOK = 64  # frames
@@ -56,3 +64,29 @@ def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) ->
     string.frame = int(string.record["frame"])
     pluck(string, 1e-3)
     assert not slot["steady"]
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize("i", [0, 3])
+def test_a_wide_swing_is_sharp_as_a_stretched_string_is(preset: str, i: int) -> None:
+    """Duffing's law: swinging in its fundamental by A alone, the string gains 3 E A k^4 A^2 / (16 l mu omega) rad/s."""
+    bass, swing, seconds = even(far_from_frets(load_preset(preset), axes_turned=0.0)), 4e-3, 0.25
+    slack = replace(bass, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+    ends = []
+    for instrument in (bass, slack):
+        engine = Engine(instrument, QUALITIES["studio"], RATE)
+        voice, ops = engine.voices[i], engine.pool.records[i]
+        play_frames(voice, ops, event(PLUCK, apex=1e-3, place=0.4), np.zeros(round(0.02 * RATE)))
+        slot = voice.slots[int(voice.record["slot"][0])]
+        scale_motion(slot, 0.0)
+        low = slot["u"]["low"]
+        low["q"][0] = swing
+        play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(round(seconds * RATE)))
+        omega = float(slot["u"]["omega"][0])
+        ends.append(complex(low["q"][0], -low["pace"][0] * low["p"][0] / omega))
+    string, loss = bass.strings[i], 2 * np.log(swing / abs(ends[1]))
+    stretch = string.axial_stiffness / (2 * (string.length + BEYOND))
+    square = swing**2 * (1 - np.exp(-loss)) / loss  # on average
+    wanted = 3 / 8 * stretch * (np.pi / string.length) ** 4 * square / (string.linear_density * omega)
+    gained = np.angle(ends[0] / ends[1]) / seconds
+    assert wanted * seconds > 0.1 and abs(gained / wanted - 1) < 0.02, (gained, wanted)
