@@ -18,7 +18,7 @@ from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import FREE_PART, Resonance, bending_shape, neck_damping
 from livebass.rows.arrays import Floats
 
-NEAR = 5.0  # Hz: what other partials force farther away is no answer
+NEAR = 20.0  # Hz: what other partials force farther away is no answer
 
 
 class Coupled:

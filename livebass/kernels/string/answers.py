@@ -41,7 +41,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import number_at, tap_row
-from livebass.kernels.string.records import BLOCK, MAX_LINKS, RING_ON, UNKNOWN
+from livebass.kernels.string.records import BLOCK, MAX_LINKS, RING_ON, THERE, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 from livebass.kernels.string.turning import along_axis
 
@@ -350,7 +350,8 @@ def exchange(string, slot, op, step):
 
     A note that hands are ending no longer exchanges energy: answers must not keep its string awake.
     """
-    if slot.moving or slot.hand < 1.0 or slot.active == 0 or slot.owed > 0 or is_touching(slot, op, step):
+    pressed = op.turned > 0 and (slot.owed > 0 or slot.thumb.on == THERE)  # as in turning.py
+    if slot.moving or slot.hand < 1.0 or slot.active == 0 or pressed or is_touching(slot, op, step):
         return
     voice, a, u = string.voice, string.answers, slot.u
     if slot.fret != voice.answered_fret:

@@ -53,7 +53,7 @@ def both(preset: str, sounding: int, fret: int, idle: int, seconds: float) -> tu
     still = np.zeros(brute.modes), np.zeros(brute.modes)
     wanted = brute.phasors((q, pace * p - u["sigma"][: brute.modes] * q), still, seconds)[0, 0]
     play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(round(seconds * RATE)))
-    found = complex_answers(voice, idle)
+    found = complex_answers(voice, idle)[: brute.modes]
     return found, wanted[: len(found)]
 
 
