@@ -1,4 +1,4 @@
-"""Idle strings that answer on basses that people play: sign and reach against brute force, and the hands that mute them."""
+"""Idle strings that answer on basses that people play: sign and reach by brute force, and the hands that mute them."""
 
 from __future__ import annotations
 
