@@ -7,12 +7,13 @@ stiffness of the whole follow from kinetic and potential energy; nothing is assu
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from livebass.model.instrument import Instrument, Speaking, speaking, stretch_ratio
-from livebass.model.modes import dampings, frequencies, impedance
-from livebass.model.neck import FREE_PART, bending_shape, neck_damping
+from livebass.model.modes import dampings, frequencies
+from livebass.model.neck import FREE_PART, Admittance, bending_shape
 from livebass.rows.arrays import Floats
 
 AROUND = 0.05  # s
@@ -69,5 +70,4 @@ class Coupled:
 
 def _without_neck(s: Speaking, n: int) -> Floats:
     """Dampings of the modes of `s` without the neck's share; the stop's own loss stays."""
-    yielding = s.admittance.at(frequencies(s, n)) - s.admittance.stop
-    return dampings(s, n) - neck_damping(yielding, impedance(s), s.fundamental)
+    return dampings(replace(s, admittance=Admittance(stop=s.admittance.stop)), n)

@@ -14,7 +14,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import frequency, interpolate_rows, resonance
+from livebass.kernels.string.law import along, interpolate_rows, resonance
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
@@ -225,7 +225,7 @@ def list_answering(bench, numbers, lists):
         if bench.string[t].answering_modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
             for j in range(1, bench.string[t].answering_modes + 1):
-                lists[place] = frequency(bench.note, lists, j, False)
+                lists[place] = along(bench.note, lists, j, False)[0]
                 place += 1
     return first
 
