@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.model.instrument import Instrument, Neck, Speaking, speaking, stretch_ratio
-from livebass.model.modes import dampings, frequencies, impedance
-from livebass.model.neck import FREE_PART, Resonance, bending_shape, neck_damping
+from livebass.model.modes import dampings, frequencies
+from livebass.model.neck import FREE_PART, Admittance, Resonance, bending_shape
 from livebass.rows.arrays import Floats
 
 NEAR = 20.0  # Hz: what other partials force farther away is no answer
@@ -103,6 +103,5 @@ def _resonances(neck: Neck, across: bool) -> list[Resonance]:
 
 def _without_neck(s: Speaking, n: int, across: bool) -> Floats:
     """Dampings of the modes of `s` along an axis without the neck's share; the stop's own loss stays."""
-    felt = s.felt(across)
-    yielding = felt.at(frequencies(s, n, across=across)) - felt.stop
-    return dampings(s, n, across=across) - neck_damping(yielding, impedance(s), s.fundamental)
+    u, v = (Admittance(stop=s.felt(axis).stop) for axis in (False, True))
+    return dampings(replace(s, admittance=u, admittance_across=v), n, across=across)

@@ -14,7 +14,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import are_turned, frequency, interpolate_rows, resonance
+from livebass.kernels.string.law import along, are_turned, interpolate_rows, resonance
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
@@ -235,7 +235,7 @@ def list_answering(bench, numbers, lists):
         if modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
         for k in range(lines_of(bench.string[t])):
-            lists[place] = frequency(bench.note, lists, 1 + k % modes, k >= modes)
+            lists[place] = along(bench.note, lists, 1 + k % modes, k >= modes)[0]
             place += 1
     return first
 

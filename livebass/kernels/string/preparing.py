@@ -16,7 +16,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry, inlined
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.string.law import are_turned, exchange, min_damping, turned_damping, turned_frequency
+from livebass.kernels.string.law import are_turned, both_axes, exchange, turned_damping, turned_frequency
 from livebass.kernels.string.operators import (
     EXCHANGE_ROWS,
     KAPPA,
@@ -278,7 +278,7 @@ def carried_modes(work, note):
     """Number of wanted modes below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
-        if turned_frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
+        if turned_frequency(note, both_axes(note, numbers_of(work), j), False) < work.carried * work.contact_rate:
             count += 1
     return max(count, 1)
 
@@ -328,9 +328,9 @@ def set_coefficients(work, note, op, rows, across):
         omega[k] = 1.0
         put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
     for k in range(op.modes):
-        nu = turned_frequency(note, numbers_of(work), k + 1, across)
-        s = 0.0 if work.lossless else damping_of(work, note, op, k, nu, across)
-        w = 2 * np.pi * nu
+        axes = both_axes(note, numbers_of(work), k + 1)
+        w = 2 * np.pi * turned_frequency(note, axes, across)
+        s = 0.0 if work.lossless else damping_of(note, op, k, axes, across)
         if s >= w:
             return np.int64(OVERDAMPED)
         w = np.sqrt(w * w - s * s)
@@ -358,11 +358,11 @@ def set_coefficients(work, note, op, rows, across):
 
 
 @jit
-def damping_of(work, note, op, k, nu, across):
-    """sigma (1/s) of u's mode `k`, or of v's if `across`, at `nu` (Hz); the exchange has the rest (turning.py)."""
+def damping_of(note, op, k, axes, across):
+    """sigma (1/s) of u's mode `k`, or of v's if `across`, from `both_axes`; the exchange has the rest (turning.py)."""
     if k < op.turned:
-        return min_damping(note, numbers_of(work), k + 1)
-    return turned_damping(note, numbers_of(work), k + 1, nu, across)
+        return min(axes[2], axes[3])
+    return turned_damping(note, axes, across)
 
 
 # Contact points
@@ -511,7 +511,7 @@ def set_coupling(work, note, op):
         turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
     scale = np.sqrt(2 / note.length)
     for j in range(op.modes + 1, n):
-        w = 2 * np.pi * turned_frequency(note, numbers_of(work), j, False)
+        w = 2 * np.pi * turned_frequency(note, both_axes(note, numbers_of(work), j), False)
         part = 1 / (w * w)
         for m in range(points):
             k = grid_point(note, x[m])
