@@ -107,3 +107,21 @@ def test_only_modes_that_turn_by_less_than_a_radian_a_frame_are_stretched(preset
     stretched = 1 + int(np.flatnonzero(ends[0] != ends[1])[-1])
     omega = slot["u"]["omega"]
     assert stretched % BLOCK == 0 and omega[stretched - 1] < RATE < omega[stretched + BLOCK - 1]
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_the_tension_grows_by_a_fifth_at_most(preset: str) -> None:
+    """However far the string swings: the kick of a frame is that of a fifth of the tension."""
+    made, ends = Engine(even(far_from_frets(load_preset(preset))), QUALITIES["live"], RATE), []
+    for much in (1e9, 0.0):
+        voice = made.another().voices[0]
+        pluck = event(PLUCK, apex=2e-3, place=0.7)
+        play_frames(voice, made.pool.records[0], pluck, np.zeros(RATE // 20))
+        voice.record["stretch"] = much
+        play_frames(voice, made.pool.records[0], pluck[:0], np.zeros(1))
+        low = voice.slots[int(voice.record["slot"][0])]["u"]["low"]
+        ends.append((low["pace"][:8] * low["p"][:8], low["q"][:8].copy()))
+    op = made.pool.records[0, 0]
+    wave = np.arange(1, 9) * np.pi / float(op["length"])
+    wanted = -0.2 * (float(op["speed"]) * wave) ** 2 * ends[1][1] / RATE
+    assert ends[0][0] - ends[1][0] == pytest.approx(wanted, rel=1e-3)
