@@ -9,7 +9,7 @@ from support.levels import db, rms
 from support.live import QUICK, offline, played_ahead, synth_and_device
 from support.messages import messages_of, send
 from support.motion import mode_speeds, scale_motion
-from support.own_basses import PLAYED, load_preset
+from support.own_basses import FRETTED, PLAYED, load_preset
 from support.played import event
 from support.scores import busy_score, play_in_blocks
 from support.strings import even
@@ -222,33 +222,35 @@ def test_a_displacement_sensor_feels_noise_as_loud_as_its_keys_say() -> None:
 
 
 FLOOR = {"floor_noise": -65.0}
+PLUCKED = (PLAYED[0], *FRETTED[1:])  # levels refer to a medium pluck; slap strikes its low strings
 
 
-def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, **player: float) -> Floats:
+def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, preset: str = "jazz-finger") -> Floats:
     """The floor alone in a performance."""
     sounds = []
-    for made in (even(**FLOOR, **player), even(**player)):
+    for made in (even(preset, **FLOOR), even(preset)):
         engine = Engine(made, QUICK, RATE)
         send(engine, messages)
         sounds.append(engine.process(round(seconds * RATE)))
     return np.asarray((sounds[0] - sounds[1]).sum(axis=0))
 
 
-def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
-    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
-    noise = floor_of([(0, 0x90, 38, 64)], 2.0)[RATE // 2 :]
+@pytest.mark.parametrize("preset", PLUCKED)
+def test_the_floor_is_as_far_under_a_medium_note_as_it_says(preset: str) -> None:
+    medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
+    noise = floor_of([(0, 0x90, 38, 64)], 2.0, preset)[RATE // 2 :]
     assert abs(db(rms(noise) / rms(medium)) + 65.0) < 2.0
-    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0)[RATE // 2 :]
+    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0, preset)[RATE // 2 :]
     assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
     assert parts[0] > 0.5 and parts[1] < 0.3
 
 
-@pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_the_hum_is_that_of_the_mains(mains: float) -> None:
+@pytest.mark.parametrize(("preset", "mains"), zip(PLUCKED, (50.0, 60.0, 50.0), strict=True))
+def test_the_hum_is_that_of_the_mains(preset: str, mains: float) -> None:
     """As far under a medium note as it says; nothing lies between its harmonics."""
-    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
-    once, never = even(hum=-60.0, mains=mains), even()
+    medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
+    once, never = even(preset, hum=-60.0, mains=mains), even(preset)
     sounds = []
     for made in (once, never):
         engine = Engine(made, QUICK, RATE)

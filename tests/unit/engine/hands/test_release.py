@@ -98,7 +98,27 @@ def test_a_finger_that_eases_off_keeps_the_string_stopped_at_first(preset: str, 
     for seconds in (1e-3, 11.5e-3, 14.5e-3):
         finger = float(ended.after(seconds).voice.record["touches"]["resistance"][0, 0]) / impedance
         passing.append(2 / (2 + finger))
-    assert passing[0] < 0.03 and passing[1] < 0.05 and passing[2] > 0.3, passing
+    assert 0.01 < passing[0] < 0.03 and passing[1] < 0.05 and passing[2] > 0.3, passing
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("fret", [1, 2, 12])
+def test_all_fingers_that_end_a_note_lie_on_the_string(preset: str, fret: int) -> None:
+    """Near the nut, too. The one at the fret presses there alone; the others are more than twice as wide."""
+    made = engine(preset)
+    touches = Ended(made, 1, fret, release()).after(1e-3).voice.record["touches"][0]
+    length, open_length = (float(made.pool.records[1, k]["length"]) for k in (fret, 0))
+    assert touches["place"][0] == pytest.approx(length) and (touches["wanted"] > 0).all()
+    assert (touches["place"] > 0).all() and (touches["place"] < 0.99 * open_length).all()
+    assert (touches["width"][1:] > 2 * touches["width"][0]).all() and touches["width"][0] > 1e-3
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_fingers_land_on_an_open_string_within_12_ms(preset: str) -> None:
+    ended = Ended(engine(preset), 1, 0, release())
+    for seconds, part in ((6e-3, 0.5), (5e-3, 11 / 12), (2e-3, 1.0)):
+        touches = ended.after(seconds).voice.record["touches"][0]
+        assert touches["resistance"] / touches["wanted"] == pytest.approx(np.full(TOUCHES, part), abs=0.01)
 
 
 @pytest.mark.parametrize("preset", PLAYED)

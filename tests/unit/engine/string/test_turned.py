@@ -101,13 +101,14 @@ def test_no_exchange_adds_energy(lossless: bool) -> None:
 
 
 def plucked(preset: str, seconds: float, semitones: float = 0.0, i: int = 0) -> tuple[Voice, np.void]:
-    """String `i`, bent, `seconds` after a pluck along axis a, clear of its frets; and its operator."""
+    """String `i`, `seconds` after a pluck along axis a, soon bent, clear of its frets; and its operator."""
     bass = even(far_from_frets(load_preset(preset)))
     engine = Engine(bass, QUALITIES["live"], RATE)
     voice, ops = engine.voices[i], engine.pool.records[i]
     pull = event(PLUCK, apex=5e-4, place=0.75, angle=bass.necks[i].axes_turned)
     bend = event(BEND, value=2 ** (semitones / 12))
-    play_frames(voice, ops, np.concatenate([bend, pull]), np.zeros(round(seconds * RATE)))
+    bend["frame"] = RATE // 100
+    play_frames(voice, ops, np.concatenate([pull, bend]), np.zeros(round(seconds * RATE)))
     return voice, ops[0]
 
 
