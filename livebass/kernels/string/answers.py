@@ -46,8 +46,8 @@ from livebass.kernels.string.touch import linear_density
 from livebass.kernels.string.turning import along_axis
 
 NEAR = 2 * np.pi * 20.0  # rad/s
-LINKED = 0.02  # |G| over the difference and the losses of two idle strings' lines: a weaker link is left out
-WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below its partial
+LINKED = 0.1  # |G| over the difference and the losses of two idle strings' lines: a weaker link is left out
+WEAK = 0.006  # |G| over the frequency difference: an answer stays 44 dB below its partial
 EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
 MAX_FLOW = 0.1  # |G| times the time between two exchanges
