@@ -18,7 +18,7 @@ take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
 BOARD_ROUGH = 20e-6  # m that a board may stand above the string at rest; it is pressed flat
 ROUNDING = 1e-9  # m that a crown may stand above the string at rest and still count as level with it
-MAX_DETUNING = 0.05  # relative shift of a mode by the neck: beyond this the first-order eq. 8 fails
+MAX_DETUNING = 0.05  # relative shift of a mode by the neck, by eq. 8: beyond this its first order fails
 TUNINGS = 16  # of a string by `tune_line`; most notes need 2 to 4
 IN_TUNE = 1e-12  # of the pitch
 FLATTEST, STEEPEST = 0.5, 2.0  # slope of a line's frequency over f0 that `tune_line` trusts
@@ -100,7 +100,7 @@ def make_note(string, numbers, fret, note, lists, end):
     """Makes the note of `string` at `fret`, except for its modes and answers, with its lists from `end` on.
 
     A note is in tune wherever its fret is, as with a compensated saddle; a note with its own offset has another
-    tension. The neck shifts each mode by a different part (eq. 8): the first mode is in tune.
+    tension. The neck shifts each mode by a different part (law.py): the first mode is in tune.
 
     Returns the fret it rests on, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the string at rest,
     and the end of the lists.

@@ -96,7 +96,7 @@ def state(voice: Voice, along: str = "u") -> tuple[Floats, Floats]:
 def test_answers_are_those_of_brute_force(
     sounding: int, fret: int, idle: int, partials: tuple[int, int], level: float
 ) -> None:
-    """Within 0.7 dB where partials meet, and 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial.
+    """Within 0.7 dB where partials meet, and 1.7 dB for all within 30 dB of the strongest and 5 Hz of their partial.
 
     Above 700 Hz few are that strong, and they beat: within 8 dB, where a beat is at its least.
     """
@@ -124,7 +124,7 @@ def test_answers_are_those_of_brute_force(
         near = paired[np.abs(omega - a["omega"][own][paired]) < 2 * np.pi * 5]
         strong = near[wanted[near] > wanted.max() * 10 ** (-30 / 20)]
         apart = np.abs(20 * np.log10(found[strong] / wanted[strong]))
-        assert (apart < np.where(a["omega"][own][strong] < 2 * np.pi * 700, 1.5, 8.0)).all(), (half, apart)
+        assert (apart < np.where(a["omega"][own][strong] < 2 * np.pi * 700, 1.7, 8.0)).all(), (half, apart)
         if half == 2:
             assert abs(db(found[j - 1] / first) - level) < 0.5, db(found[j - 1] / first)
 
