@@ -48,7 +48,7 @@ from livebass.kernels.string.turning import along_axis
 NEAR = 2 * np.pi * 20.0  # rad/s
 LINKED = 0.1  # |G| over the difference and the losses of two idle strings' lines: a weaker link is left out
 WEAK = 0.006  # |G| over the frequency difference: an answer stays 44 dB below its partial
-EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
+EVERY = 64  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
 MAX_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-12  # m^1.5: an answer below this is silence, and none begins
