@@ -18,6 +18,7 @@ from livebass.engine.image import image
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
+from livebass.kernels.machine.samples import add_sound, round_sound
 from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.player.words import row_of
 from livebass.kernels.score.lines import LONGEST
@@ -302,7 +303,7 @@ class Engine(Playing):
         jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # in parallel, the longest first
         list(pool.map(run, jobs) if pool else map(run, jobs))
         if self._floor["level"][0] + self._floor["hum"][0] > 0:
-            self.floor = self._add_floor(out, self._pending[0][: used[0]])
+            self.floor = self._add_floor(out, [self._pending[i][:n] for i, n in enumerate(used)])
         for i, n in enumerate(used):
             self._pending[i] = self._pending[i][n:]
         self.frame += count
@@ -322,9 +323,10 @@ class Engine(Playing):
         """The FLOOR of the bass, (1,)."""
         return self.bass.record["floor"]
 
-    def _add_floor(self, out: NDArray[np.float64], events: NDArray[np.void]) -> NDArray[np.float64]:
-        """Adds the floor to a block of the first string, and returns the floor; `events` (n,): that string's."""
-        floor, received = np.abs(out).max(axis=0), np.ascontiguousarray(events)
+    def _add_floor(self, out: NDArray[np.float64], events: list[NDArray[np.void]]) -> NDArray[np.float64]:
+        """Adds the floor to a block of the first string, and returns the floor; `events`: each string's, (n,)."""
+        floor, received = np.abs(out).max(axis=0), np.concatenate(events)
+        received = received[np.argsort(received["frame"], kind="stable")]
         add_floor(self.bass.address, floor.ctypes.data, len(floor), received.ctypes.data, len(received))
         out[0] += floor
         return np.asarray(floor)
@@ -358,14 +360,15 @@ def check_tail(tail: float | None) -> None:
 
 def mix_strings(strings: NDArray[np.float32]) -> NDArray[np.float32]:
     """Sums (n_strings, n_frames) string after string in float32, (n_frames,): stems add up to the mix."""
+    strings = np.ascontiguousarray(strings, np.float32)
     mix = strings[0].copy()
     for string in strings[1:]:
-        mix += string
+        add_sound(string.ctypes.data, mix.ctypes.data, len(mix))
     return mix
 
 
 def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
     """Converts a sound to float32, with 0 for subnormal numbers, as in the audio thread."""
-    out = sound.astype(np.float32)
-    out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
+    given, out = np.ascontiguousarray(sound, np.float64), np.zeros(sound.shape, np.float32)
+    round_sound(given.ctypes.data, out.ctypes.data, out.size)
     return out

@@ -29,7 +29,7 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from livebass.engine.engine import Engine
+from livebass.engine.engine import Engine, single
 from livebass.engine.render import RenderError, mix_strings, string_names
 from livebass.files.whole import Transaction, whole_directory
 from livebass.kernels.player.constants import STANDARD
@@ -322,7 +322,7 @@ def play_sample(engine: Engine, sample: Sample, length: float, stop: StopFlag | 
     for strings in engine.play(single_note(sample.zone.note, sample.velocity, length, rate), 0.0):
         if not np.isfinite(strings).all():
             raise RenderError(f"the sound of {note_name(sample.zone.note)} is not finite; please report the preset")
-        blocks.append(mix_strings(strings.astype(np.float32)))
+        blocks.append(mix_strings(single(strings)))
         loudest = float(np.max(np.abs(blocks[-1]), initial=0.0))
         peak = max(peak, loudest)
         if loudest <= QUIET * peak or (stop is not None and stop.is_set()):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from livebass.model.instrument import Instrument
 
 HIGHEST = 2000.0  # Hz, of answering modes, as far as MAX_ANSWERS and COUNTED allow
-MAX_ANSWERS = 128  # of one string (kernels.records)
+MAX_ANSWERS = 256  # lines of one string: modes along one axis or both (kernels/string/records.py)
 LOWER = 0.9  # lowers that limit while there are too many modes
 COUNTED = 60  # modes of an open string that answer, at most
 
@@ -27,6 +27,6 @@ def answering_modes(instrument: Instrument) -> tuple[int, ...]:
     highest = HIGHEST
     while True:
         counts = tuple(min(COUNTED, int(highest / pitch)) for pitch in pitches)
-        if sum(counts) - min(counts) <= MAX_ANSWERS:
+        if 2 * (sum(counts) - min(counts)) <= MAX_ANSWERS:
             return counts
         highest *= LOWER

@@ -300,7 +300,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
 
     A note is in tune (`String.frequency`) wherever its fret lies, as with a compensated saddle; a note with an offset
     of its own gets another tension. If a crown nearer the saddle stands above the line from the pressed fret to the
-    saddle, the string rests on that crown. The neck shifts each mode differently (eq. 8): the first one is in tune.
+    saddle, the string rests on that crown. The neck shifts each mode differently (law.py): the first one is in tune.
     kernels/string/note.py computes the note.
 
     Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.

@@ -23,33 +23,81 @@ import numpy as np
 
 from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking
-from livebass.model.neck import detuning, neck_damping
+from livebass.model.neck import detuning, flat, neck_damping
 from livebass.rows.arrays import Floats
 from livebass.rows.parts import TURNED_MODES
 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MAX_TURN)
 
 
-def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
+def frequencies(s: Speaking, count: int, across: bool = False) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: the measured ones, if any, then the law.
 
     across: of v, which may have a law of its own. Measured frequencies belong to u; v differs from them by the law.
 
-    At j = 862 the two stiffness laws differ by a factor of 2.7. The neck's term in eq. 8 is taken at omega_{0,j}; for
-    its sign see model/neck.py. shift: `neck_detuning` of these modes, if known. With turned axes these are the
-    frequencies of u and v without their exchange.
+    At j = 862 the two stiffness laws differ by a factor of 2.7. The law "paper" takes the neck's term in eq. 8 at
+    omega_{0,j}; for its sign see model/neck.py. With turned axes these are the frequencies of u and v without their
+    exchange.
     """
     if not law.are_turned(s):
-        return _along(s, count, shift, across)
-    nu, other = (_along(s, count, shift, axis) for axis in (across, not across))
+        return _along(s, count, across)[0]
+    nu, other = (_along(s, count, axis)[0] for axis in (across, not across))
     return np.asarray(np.sqrt(nu**2 + math.sin(s.axes_turned) ** 2 * (other**2 - nu**2)))
 
 
-def _along(s: Speaking, count: int, shift: Floats | None, across: bool) -> Floats:
-    """Frequencies of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), Hz: law.py."""
+def dampings(s: Speaking, count: int, across: bool = False) -> Floats:
+    """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
+
+    The measured ones, if any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all. The law
+    "paper" follows the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
+    part at the frequency of the mode itself. across: of v; `dampings_across` derives its measured dampings. With
+    turned axes these are the dampings of u and v without their exchange.
+    """
+    if not law.are_turned(s):
+        return _along(s, count, across)[1]
+    own, other = (_along(s, count, axis)[1] for axis in (across, not across))
+    return np.asarray(own + math.sin(s.axes_turned) ** 2 * (other - own))
+
+
+def _along(s: Speaking, count: int, across: bool) -> tuple[Floats, Floats]:
+    """nu_j (Hz) and sigma_j (1/s) of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,)."""
+    printed = count if s.paper_law else min(count, measured_modes(s))
+    nu = _frequencies_along(s, printed, across)
+    sigma = _dampings_along(s, nu, across)
+    if printed == count:
+        return nu, sigma
+    ring, decay = _ringing(s, np.arange(printed + 1.0, count + 1), across)
+    return np.append(nu, np.hypot(ring, decay)), np.append(sigma, 2 * math.pi * decay)
+
+
+def measured_modes(s: Speaking) -> int:
+    """The number of modes from the first of which something was measured."""
+    return max(len(s.string.measured_frequencies), len(s.string.measured_dampings)) if s.stop == 0 else 0
+
+
+def _ringing(s: Speaking, j: Floats, across: bool) -> tuple[Floats, Floats]:
+    """`law.ringing` of the modes `j` (n,): Hz, and 1/s over 2 pi, (n,) each."""
+    nu, decay, rate = law.alone(s, j, across)
+    y = s.felt(across)
+    of_table = replace(y, resonances=()).at(nu)  # and of the stop
+    still = law.rings_at(nu - rate * of_table.imag, decay + rate * of_table.real)
+    count = len(y.resonances)
+    if not count:
+        return still
+    numbers = flat((r.frequency, r.quality, r.mass) for r in y.resonances)
+    near, at = law.nearest(numbers, 0, count, still), still
+    for _ in range(law.ROUNDS):
+        before = at
+        at = law.approach(numbers, (0, count), rate, still, near, before)
+        if np.all(abs(at[0] - before[0]) + abs(at[1] - before[1]) < law.NEAR_ENOUGH * nu):
+            break
+    return at
+
+
+def _frequencies_along(s: Speaking, count: int, across: bool) -> Floats:
+    """Frequencies of modes 1 to `count` along a, or b if `across`, (count,), Hz: eq. 8 as printed, or measured."""
     j = np.arange(1.0, count + 1)
-    shift = neck_detuning(s, count) if shift is None else shift
-    nu = j * s.fundamental * (law.stretch_ratio(s.paper_law, s.inharmonicity, j) + shift)
+    nu = j * s.fundamental * (law.stretch_ratio(s.paper_law, s.inharmonicity, j) + neck_detuning(s, count))
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
@@ -66,21 +114,6 @@ def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
     return np.asarray((nu + at * (v - u)) / (1 + s.longer_across))
 
 
-def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: bool = False) -> Floats:
-    """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
-
-    The measured ones, if any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all. The law
-    "paper" follows the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
-    part at the frequency of the mode itself. ringing_at: `frequencies` of these modes, if known; across: of v;
-    `dampings_across` derives its measured dampings. With turned axes these are the dampings of u and v without their
-    exchange.
-    """
-    if not law.are_turned(s):
-        return _dampings_along(s, count, ringing_at, across)
-    own, other = (_dampings_along(s, count, None, axis) for axis in (across, not across))
-    return np.asarray(own + math.sin(s.axes_turned) ** 2 * (other - own))
-
-
 def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
     """The exchange of modes 1 to `count` of u and v: kernels/string/turning.py.
 
@@ -89,8 +122,7 @@ def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
     """
     if not law.are_turned(s):
         return np.zeros(count), np.zeros((count, 2, 2))
-    nu = [_along(s, count, None, across) for across in (False, True)]
-    a, b = (_dampings_along(s, count, nu[k], bool(k)) for k in range(2))
+    nu, (a, b) = zip(*(_along(s, count, across) for across in (False, True)), strict=True)
     u, v = (frequencies(s, count, across=across) for across in (False, True))
     sine, cosine = math.sin(s.axes_turned), math.cos(s.axes_turned)
     axes = np.array([[cosine, sine], [-sine, cosine]])  # rows: a and b in u and v
@@ -107,15 +139,15 @@ def dampings_alone(s: Speaking, count: int, across: bool) -> Floats:
     return sigma
 
 
-def _dampings_along(s: Speaking, count: int, ringing_at: Floats | None, across: bool) -> Floats:
-    """Dampings of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), 1/s."""
-    ringing_at = _along(s, count, None, across) if ringing_at is None else ringing_at
+def _dampings_along(s: Speaking, ringing_at: Floats, across: bool) -> Floats:
+    """Dampings (n,), 1/s, of modes at `ringing_at` (n,), Hz, from the first, along a, or b if `across`, as printed."""
+    count = ringing_at.size
     nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         if across and s.own_across and known.size:
-            of_u = _along(s, known.size, None, False)
+            of_u = _frequencies_along(s, known.size, False)
             known = dampings_across(s, np.arange(1.0, known.size + 1), of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
     return sigma + s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu

@@ -21,7 +21,6 @@ from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import MAX_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
 from livebass.model.quality import MAX_MODES
-from livebass.rows.arrays import Floats
 from livebass.rows.units import DIMENSIONS, format_quantity
 
 TABLE_KEYS = {"conductance_frequencies", "conductance_values", "susceptance_values"}
@@ -208,13 +207,12 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | No
         s = speaking(string, neck, fret)
         if not (count := _modes_in_doubt(s)):
             continue
-        shift = modes.neck_detuning(s, count)
-        shifted, nu = np.abs(shift) > MAX_DETUNING, modes.frequencies(s, count, shift)
-        over = shifted | _cannot_ring(s, nu, False)
+        shifted = np.abs(modes.neck_detuning(s, count)) > MAX_DETUNING
+        over = shifted | _cannot_ring(s, count, False)
         if over.any():
             j = int(np.argmax(over))
             return fret, j, bool(shifted[j]), False
-        if s.own_across and (over := _cannot_ring(s, modes.frequencies(s, count, shift, True), True)).any():
+        if s.own_across and (over := _cannot_ring(s, count, True)).any():
             return fret, int(np.argmax(over)), False, True
     return None
 
@@ -222,10 +220,11 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | No
 def _modes_in_doubt(s: Speaking) -> int:
     """The number of modes from the first that may be shifted or damped too much: bounds clear all higher ones.
 
-    The neck shifts or damps no mode by more than its greatest admittance would.
+    The neck shifts or damps no mode by more than twice what its greatest admittance at any frequency would: by the law
+    "hinged", which takes it at a complex frequency, nearer to the pole; by the law "paper", not even by more than once.
     """
     j = np.arange(1.0, min(s.grid_points - 1, MAX_MODES) + 1)
-    yielding = max(_greatest(s.felt(across)) for across in (False, True))
+    yielding = 2 * max(_greatest(s.felt(across)) for across in (False, True))
     shift = modes.impedance(s) * yielding / (math.pi * j)
     # A frequency of v has three shifts: u's own, and the two that tell v from u. Turned axes lie between the two.
     lowest = (
@@ -235,8 +234,7 @@ def _modes_in_doubt(s: Speaking) -> int:
     highest = math.pi * nu * modes.loss_factor(s, nu) + law.neck_damping(yielding, modes.impedance(s), s.fundamental)
     highest += s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu
     doubtful = (shift > MAX_DETUNING) | (highest > MAX_DAMPING * 2 * math.pi * lowest)
-    measured = max(len(s.string.measured_frequencies), len(s.string.measured_dampings)) if s.stop == 0 else 0
-    return min(j.size, max(measured, int(np.max(j, where=doubtful, initial=0))))
+    return min(j.size, max(modes.measured_modes(s), int(np.max(j, where=doubtful, initial=0))))
 
 
 def _greatest(y: Admittance) -> float:
@@ -245,9 +243,10 @@ def _greatest(y: Admittance) -> float:
     return y.stop + peaks + max((math.hypot(*row[1:]) for row in y.table), default=0.0)
 
 
-def _cannot_ring(s: Speaking, nu: Floats, across: bool) -> NDArray[np.bool_]:
-    """Returns whether each mode of u, or of v, if `across`, at `nu` (n,), Hz, is damped beyond `MAX_DAMPING`, (n,)."""
-    return np.asarray(modes.dampings(s, nu.size, nu, across) > MAX_DAMPING * 2 * math.pi * nu)
+def _cannot_ring(s: Speaking, count: int, across: bool) -> NDArray[np.bool_]:
+    """Returns whether each mode from 1 to `count` of u, or of v, if `across`, is damped beyond `MAX_DAMPING`, (n,)."""
+    nu, sigma = modes.frequencies(s, count, across), modes.dampings(s, count, across)
+    return np.asarray(sigma > MAX_DAMPING * 2 * math.pi * nu)
 
 
 def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:

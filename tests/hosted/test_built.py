@@ -13,7 +13,7 @@ from support.picture import Host, library, shelf
 from support.plugins import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.engine.render import mix_strings
+from livebass.engine.render import mix_strings, single
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import SLIDER_ROWS
 
@@ -32,7 +32,7 @@ def plugin(folder: Path, lend: Any) -> Plugin:
 def render(file: Path | str) -> Floats:
     """The sound of a preset by `livebass render`."""
     sound = render_to_array(load_preset(file), SCORE, QUALITIES["live"], tail=0.1)
-    return mix_strings(sound.astype(np.float32))[:FRAMES]
+    return mix_strings(single(sound))[:FRAMES]
 
 
 def preset_of(values: dict[str, float], folder: Path) -> Path:

@@ -1,73 +1,107 @@
-"""Two strings and the neck between them by brute force: all modes and resonances in one linear system.
+"""All strings and the neck between them by brute force: modes and resonances, along both axes, in linear systems.
 
-A string moves by its modes between fixed ends and with the neck: u = sum q_m phi_m + b (L - x) / L. Mass, damping and
-stiffness of the whole follow from kinetic and potential energy; nothing is assumed small.
+Along each axis of the neck, a string moves by its modes between fixed ends and with the neck:
+u = sum q_m phi_m + b (L - x) / L. Mass, damping and stiffness of the whole follow from kinetic and potential energy;
+nothing is assumed small. What a string does along u and v is turned to the axes.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from livebass.model.instrument import Instrument, Speaking, speaking, stretch_ratio
-from livebass.model.modes import dampings, frequencies, impedance
-from livebass.model.neck import FREE_PART, bending_shape, neck_damping
+from livebass.model.instrument import Instrument, Neck, Speaking, speaking, stretch_ratio
+from livebass.model.modes import dampings, frequencies
+from livebass.model.neck import FREE_PART, Admittance, Resonance, bending_shape
 from livebass.rows.arrays import Floats
 
-AROUND = 0.05  # s
+NEAR = 20.0  # Hz: what other partials force farther away is no answer
 
 
 class Coupled:
-    """String `first` at `fret` and `second`, open, on a neck with resonances; `modes` of each."""
+    """String `first` at `fret` and `others`, open, on a neck with resonances; `modes` of each."""
 
-    def __init__(self, bass: Instrument, first: int, fret: int, second: int, modes: int = 80):
+    def __init__(self, bass: Instrument, first: int, fret: int, others: Sequence[int], modes: int = 40):
+        self.modes, self.turned = modes, bass.necks[first].axes_turned
+        frets = {first: fret, **dict.fromkeys(others, 0)}
+        self.axes = [_Axis(bass, frets, modes, across) for across in (False, True)]
+
+    def answers(self, u: tuple[Floats, Floats], v: tuple[Floats, Floats], seconds: float) -> Floats:
+        """Amplitudes (m^1.5) of the other strings' modes: `phasors` without their phases."""
+        return np.abs(self.phasors(u, v, seconds))
+
+    def phasors(self, u: tuple[Floats, Floats], v: tuple[Floats, Floats], seconds: float) -> Floats:
+        """q - i dq/dt / omega (m^1.5) of the other strings' modes along a and b, (strings, 2, modes), after `seconds`.
+
+        u, v: displacements and velocities of the first string's modes at the beginning, (modes,) each. Only motion
+        within NEAR of a mode's own frequency counts.
+        """
+        c, s = math.cos(self.turned), math.sin(self.turned)
+        along = [(c * x + s * y, c * y - s * x) for x, y in zip(u, v, strict=True)]
+        found = [axis.phasors(*(pair[k] for pair in along), seconds) for k, axis in enumerate(self.axes)]
+        return np.stack(found, axis=1)
+
+
+class _Axis:
+    """The strings at `frets`, by number, the sounding one first, along one axis of the neck."""
+
+    def __init__(self, bass: Instrument, frets: dict[int, int], modes: int, across: bool):
         self.modes = n = modes
-        resonances = bass.necks[first].admittance.resonances
-        size = 2 * n + len(resonances)
+        resonances = _resonances(bass.necks[next(iter(frets))], across)
+        self.size = size = len(frets) * n + len(resonances)
         mass, loss, spring = (np.zeros((size, size)) for _ in range(3))
-        neck = slice(2 * n, size)
-        for r, one in enumerate(resonances, 2 * n):
+        neck = slice(len(frets) * n, size)
+        for r, one in enumerate(resonances, neck.start):
             omega = 2 * math.pi * one.frequency
             mass[r, r], loss[r, r] = one.mass, one.mass * omega / one.quality
             spring[r, r] = one.mass * omega**2
-        for k, (i, at) in enumerate(((first, fret), (second, 0))):
-            s, free = speaking(bass.strings[i], bass.necks[i], at), bass.necks[i].free_length
+        pitches = []
+        for k, (i, at) in enumerate(frets.items()):
+            s = replace(speaking(bass.strings[i], bass.necks[i], at), axes_turned=0.0)
+            free = bass.necks[i].free_length
             place = (s.string.length - s.length) / (free or FREE_PART * s.string.length)
             shape = np.array([bending_shape(one.shape, place) for one in resonances])
             mu, j, own = s.string.linear_density, np.arange(1.0, n + 1), slice(k * n, k * n + n)
             line = math.sqrt(2 * s.length) / (math.pi * j)  # the projection of (L - x) / L
             omega = 2 * math.pi * j * s.fundamental * stretch_ratio(s.string.stiffness_law, s.inharmonicity, j)
+            if across and s.own_across:
+                omega /= 1 + s.longer_across
             mass[own, own] += mu * np.eye(n)
-            loss[own, own] += np.diag(2 * mu * _without_neck(s, n))
+            loss[own, own] += np.diag(2 * mu * _without_neck(s, n, across))
             spring[own, own] += np.diag(mu * omega**2)
             mass[own, neck] += mu * np.outer(line, shape)
             mass[neck, own] += mu * np.outer(shape, line)
             mass[neck, neck] += mu * s.length / 3 * np.outer(shape, shape)
             spring[neck, neck] += mu * (2 * s.length * s.fundamental) ** 2 / s.length * np.outer(shape, shape)
+            pitches.append(frequencies(s, n, across=across))
         flow = np.block(
             [[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)]]
         )
-        self.size = size
         self.values, self.vectors = np.linalg.eig(flow)
-        self.nu = frequencies(speaking(bass.strings[second], bass.necks[second], 0), n)
+        self.nu = np.concatenate(pitches[1:])
 
-    def answers(self, q: Floats, v: Floats, seconds: float) -> Floats:
-        """Amplitudes (m^1.5) of the second string's modes, (modes,), `seconds` after the first one had q and v.
-
-        Root mean square over AROUND, after the motion forced by other partials has passed.
-        """
-        state = np.zeros(2 * self.size)
-        state[: self.modes], state[self.size : self.size + self.modes] = q, v
+    def phasors(self, q: Floats, v: Floats, seconds: float) -> Floats:
+        """q - i dq/dt / omega (m^1.5) of the other strings' modes, (strings, modes): Coupled.phasors."""
+        state, n = np.zeros(2 * self.size), self.modes
+        state[:n], state[self.size : self.size + n] = q[:n], v[:n]
         parts = np.linalg.solve(self.vectors, state)
-        times = seconds + np.linspace(-0.5, 0.5, 40) * AROUND
-        now = (self.vectors @ (parts[:, None] * np.exp(np.outer(self.values, times)))).real
-        second = slice(self.modes, 2 * self.modes)
-        moving = now[self.size :][second] / (2 * math.pi * self.nu[:, None])
-        return np.asarray(np.sqrt(np.mean(now[: self.size][second] ** 2 + moving**2, axis=1)))
+        others = self.vectors[n : n + self.nu.size] * (parts * np.exp(self.values * seconds))
+        near = np.abs(self.values.imag / (2 * math.pi) - self.nu[:, None]) < NEAR  # half of each pair of eigenvalues
+        return np.asarray(2 * np.sum(others * near, axis=1).reshape(-1, n))
 
 
-def _without_neck(s: Speaking, n: int) -> Floats:
-    """Dampings of the modes of `s` without the neck's share; the stop's own loss stays."""
-    yielding = s.admittance.at(frequencies(s, n)) - s.admittance.stop
-    return dampings(s, n) - neck_damping(yielding, impedance(s), s.fundamental)
+def _resonances(neck: Neck, across: bool) -> list[Resonance]:
+    """The neck's resonances along a, or along b: those that bend it are higher there."""
+    higher = math.sqrt(neck.stiffness_across) if across and neck.own_across else 1.0
+    return [
+        replace(one, frequency=one.frequency * (higher if one.shape else 1.0)) for one in neck.admittance.resonances
+    ]
+
+
+def _without_neck(s: Speaking, n: int, across: bool) -> Floats:
+    """Dampings of the modes of `s` along an axis without the neck's share; the stop's own loss stays."""
+    u, v = (Admittance(stop=s.felt(axis).stop) for axis in (False, True))
+    return dampings(replace(s, admittance=u, admittance_across=v), n, across=across)

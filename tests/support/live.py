@@ -11,7 +11,7 @@ import numpy as np
 
 from livebass import Instrument, Quality, load_preset
 from livebass.engine.engine import Engine
-from livebass.engine.render import mix_strings
+from livebass.engine.render import mix_strings, single
 from livebass.kernels.player.words import Row, word_of
 from livebass.live.fake import FakeDevice
 from livebass.live.presets import PresetSwitch
@@ -89,7 +89,7 @@ def offline(
     """Renders messages with the engine, (frames,), cut as the synth cuts."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
     engine.send_words(np.array([m[0] for m in messages]), np.array([word_of(*m[1:]) for m in messages]))
-    return np.clip(mix_strings(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
+    return np.clip(mix_strings(single(engine.process(frames))), -ceiling, ceiling)
 
 
 CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int64))

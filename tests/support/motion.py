@@ -6,6 +6,7 @@ import numpy as np
 
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import pluck_event, trial_voice
+from livebass.kernels.string.records import ROW
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.trial import Trial
@@ -29,6 +30,15 @@ def mode_speeds(string: Voice, count: int) -> Floats:
             sigma, omega = w["sigma"][:count], w["omega"][:count]
             total += (omega * q) ** 2 + (pace * p - sigma * q) ** 2
     return np.sqrt(total)
+
+
+def scale_motion(slot: np.void, factor: float) -> None:
+    """Multiplies the motion of a slot's modes by `factor`, for both polarisations."""
+    for w in (slot["u"], slot["v"]):
+        split = int(w["split"])
+        for rows, n in ((w["low"], split), (w["high"], ROW - split)):  # which may share memory
+            for name in ("q", "p"):
+                rows[name][:n] *= factor
 
 
 def energies(trial: Trial) -> tuple[Floats, int]:

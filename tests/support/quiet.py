@@ -10,6 +10,7 @@ from livebass.rows.units import OFF
 from support.own_basses import load_preset
 
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum")  # no other test hears a slide squeak
+ALONE = " without answers"  # after the name of a preset: its idle strings do not ring along
 ENGINES: dict[str, Engine] = {}  # of basses without noise, by name
 
 
@@ -22,5 +23,7 @@ def engine(preset: str = "jazz-finger") -> Engine:
 
 def without_noise(bass: str | Instrument, **player: float) -> Instrument:
     """A preset, or a bass, whose player makes no noise; `player` sets further numbers."""
-    made = load_preset(bass) if isinstance(bass, str) else bass
+    made = load_preset(bass.removesuffix(ALONE)) if isinstance(bass, str) else bass
+    if isinstance(bass, str) and bass.endswith(ALONE):
+        made = replace(made, player=replace(made.player, answering="off"))
     return replace(made, player=replace(made.player, **{**dict.fromkeys(NOISES, OFF), **player}))  # type: ignore[arg-type]

@@ -159,11 +159,13 @@ def behind(bass: Instrument, **effects: Any) -> Instrument:
 
 
 def far_from_frets(bass: Instrument, **neck: float) -> Instrument:
-    """`bass` with frets out of reach; `neck` sets numbers of its necks."""
-    necks = tuple(
-        dataclasses.replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights), **neck) for n in bass.necks
-    )
-    return dataclasses.replace(bass, necks=necks)
+    """`bass` with frets and board out of reach; `neck` sets numbers of its necks."""
+
+    def lower(n: Neck) -> Neck:
+        heights, surface = tuple(h - 0.03 for h in n.fret_heights), tuple((x, h - 0.03) for x, h in n.surface)
+        return dataclasses.replace(n, fret_heights=heights, surface=surface, **neck)
+
+    return dataclasses.replace(bass, necks=tuple(lower(n) for n in bass.necks))
 
 
 def one_string(bass: Instrument, i: int) -> Instrument:

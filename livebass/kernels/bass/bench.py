@@ -14,7 +14,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import frequency, interpolate_rows, resonance
+from livebass.kernels.string.law import along, are_turned, interpolate_rows, resonance
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
@@ -118,7 +118,7 @@ def measure_lists(bench):
     bench.room = 0
     answering = 0
     for i in range(bench.strings):
-        answering += bench.string[i].answering_modes
+        answering += lines_of(bench.string[i])
     for i in range(bench.strings):
         string = bench.string[i]
         rows = 3 * (1 + string.own_across) * (string.resonances_count + string.table_count)
@@ -214,31 +214,42 @@ def clear_of_board(bench, note, lists):
 
 
 @jit
+def lines_of(string):
+    """Number of lines of a string that may answer: a mode has one, or one along each axis if these are turned."""
+    return string.answering_modes * (1 + are_turned(string))
+
+
+@jit
 def list_answering(bench, numbers, lists):
-    """Puts the frequencies (Hz) of all modes that may answer at the end of the lists; returns their start."""
+    """Puts the frequencies (Hz) of all lines that may answer at the end of the lists; returns their start.
+
+    Of each string those along axis a, then those along b.
+    """
     count = 0
     for t in range(bench.strings):
-        count += bench.string[t].answering_modes
+        count += lines_of(bench.string[t])
     first = bench.room - count
     place = first
     for t in range(bench.strings):
-        if bench.string[t].answering_modes > 0:
+        modes = bench.string[t].answering_modes
+        if modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
-            for j in range(1, bench.string[t].answering_modes + 1):
-                lists[place] = frequency(bench.note, lists, j, False)
-                place += 1
+        for k in range(lines_of(bench.string[t])):
+            lists[place] = along(bench.note, lists, 1 + k % modes, k >= modes)[0]
+            place += 1
     return first
 
 
 @jit
 def set_answers(bench, i, stop, note, numbers, lists, answering, end):
-    """Lists how a force at a stop of string `i` moves the nut, for each mode of other strings that may answer."""
+    """Lists how a force at a stop of string `i` moves the nut along each line of other strings that may answer."""
     string = bench.string[i]
     note.answers, note.answers_count = end, 0
     for t in range(bench.strings):
-        for _ in range(bench.string[t].answering_modes):
+        for k in range(lines_of(bench.string[t])):
             if t != i:
-                lists[end], lists[end + 1] = toward_nut(string, numbers, stop, lists[answering])
+                higher = string.higher_across if k >= bench.string[t].answering_modes else 1.0
+                lists[end], lists[end + 1] = toward_nut(string, numbers, stop, lists[answering], higher)
                 note.answers_count += 1
                 end += 2
             answering += 1
@@ -246,9 +257,10 @@ def set_answers(bench, i, stop, note, numbers, lists, answering, end):
 
 
 @jit
-def toward_nut(string, numbers, stop, nu):
-    """Re and Im (m/s/N) of the nut's velocity over a force at a stop, at `nu` (Hz).
+def toward_nut(string, numbers, stop, nu, higher):
+    """Re and Im (m/s/N) of the nut's velocity over a force at a stop along one axis, at `nu` (Hz).
 
+    The neck bends `higher` times as high along this axis as along a, as in note.py's `felt_resonances`.
     Adds eight partial sums in pairs, then the remainder one by one, as numpy does, which once made these numbers.
     """
     parts, felt = string.nut_parts + stop * (string.resonances_count + 1), 0
@@ -259,30 +271,31 @@ def toward_nut(string, numbers, stop, nu):
     real, imaginary = 0.0, 0.0
     if whole > 0:
         for lane in range(0, LANES, 4):
-            a, a_imaginary = part_sum(string, numbers, parts, nu, lane, LANES, whole)
-            b, b_imaginary = part_sum(string, numbers, parts, nu, lane + 1, LANES, whole)
-            c, c_imaginary = part_sum(string, numbers, parts, nu, lane + 2, LANES, whole)
-            d, d_imaginary = part_sum(string, numbers, parts, nu, lane + 3, LANES, whole)
+            a, a_imaginary = part_sum(string, numbers, parts, nu, higher, lane, LANES, whole)
+            b, b_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 1, LANES, whole)
+            c, c_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 2, LANES, whole)
+            d, d_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 3, LANES, whole)
             real += (a + b) + (c + d)
             imaginary += (a_imaginary + b_imaginary) + (c_imaginary + d_imaginary)
     for k in range(whole, felt):
-        a, a_imaginary = part_sum(string, numbers, parts, nu, k, felt, felt)
+        a, a_imaginary = part_sum(string, numbers, parts, nu, higher, k, felt, felt)
         real += a
         imaginary += a_imaginary
     part = numbers[parts + string.resonances_count]
-    a, b = interpolate_rows(numbers, string.table, string.table_count, part, nu)
+    a, b = interpolate_rows(numbers, string.table, string.table_count, part / higher, nu / higher)
     return nu * real + a, nu * imaginary + b
 
 
 @jit
-def part_sum(string, numbers, parts, nu, first, step, end):
+def part_sum(string, numbers, parts, nu, higher, first, step, end):
     """Sums every `step`-th felt resonance from `first` to before `end`, over nu: Re and Im, m/N."""
     real, imaginary, place = 0.0, 0.0, 0
     for k in range(string.resonances_count):
         part, row = numbers[parts + k], string.resonances + 3 * k
         if part != 0.0:
             if place >= first and place < end and (place - first) % step == 0:
-                a, b = resonance(numbers[row], numbers[row + 1], numbers[row + 2] / part, nu)
+                f = numbers[row] * higher if numbers[string.bending + k] else numbers[row]
+                a, b = resonance(f, numbers[row + 1], numbers[row + 2] / part, nu)
                 real += a
                 imaginary += b
             place += 1

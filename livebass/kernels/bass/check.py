@@ -20,6 +20,7 @@ from livebass.kernels.bass.instrument import (
 )
 from livebass.kernels.machine.native import floats_at, record_address, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
+from livebass.kernels.string.law import are_turned
 from livebass.kernels.string.preparing import LISTS, MAX_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
 from livebass.kernels.string.records import BLOCK, DOUBLE, MAX_ANSWERS, MAX_NEAR, ROW
 from livebass.rows.row import LARGEST, limits, table
@@ -66,7 +67,7 @@ def check_file(address, size):
         place = address + FILE_BYTES + NOTE_BYTES * k
         note = note_at(place)
         taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
-        others = answers_of(file.instrument, k // (file.instrument.frets + 1))
+        others = lines_answering(address, k // (file.instrument.frets + 1))
         if k % (file.instrument.frets + 1) == 0:
             count = note.obstacles_count + note.surface_count
             hand = file.instrument.hand[k // (file.instrument.frets + 1)]
@@ -81,6 +82,17 @@ def check_file(address, size):
             if count < 1 or count > min(note.grid_points - 1, ROW - BLOCK):
                 return np.int64(DAMAGED)
     return np.int64(GOOD)
+
+
+@jit
+def lines_answering(address, i):
+    """Number of lines of the other strings of the file at an address that may answer string `i`."""
+    instrument, count = file_at(address).instrument, np.int64(0)
+    for t in range(instrument.strings):
+        if t != i:
+            open_note = note_at(address + FILE_BYTES + NOTE_BYTES * t * (instrument.frets + 1))
+            count += instrument.answering_modes[t] * (1 + are_turned(open_note))
+    return count
 
 
 @jit
@@ -124,7 +136,7 @@ def is_instrument(instrument):
     if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
         return False
     for i in range(strings):
-        if answers_of(instrument, i) > MAX_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
+        if 2 * answers_of(instrument, i) > MAX_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
             return False
     return True
 

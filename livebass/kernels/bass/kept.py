@@ -124,7 +124,7 @@ STRING_KIND: np.dtype[Any] = BENCH.fields["string"][0].subdtype[0]  # type: igno
 STRING_BYTES = STRING_KIND.itemsize
 FLAGS = ("paper_law", "capo", "bowed", "own_across")
 WHOLE_LIMITS = {
-    "answering_modes": (0, MAX_ANSWERS), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
+    "answering_modes": (0, MAX_ANSWERS // 2), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
     **dict.fromkeys(FLAGS, (0, 1)),
 }  # fmt: skip
 

@@ -22,11 +22,11 @@ from livebass.kernels.effects.records import (
 from livebass.kernels.effects.response import place_response, take_response
 from livebass.kernels.effects.valve import drive_valve, fill_valve, set_drive, silence_valve
 from livebass.kernels.machine.native import floats_at, samples_at
+from livebass.kernels.machine.samples import single
 
 COMPRESSION, DRIVE = range(KNOBS)  # in the order of techniques.EFFECTS
 SETTLES = 1.0  # s of silence, beyond the response, after which a sound is gone
 NOTHING = 1e-200  # smaller states become zero: numbers never become denormal
-MIN_SAMPLE = 1.1754943508222875e-38  # normal, of a float32
 
 
 @jit
@@ -126,8 +126,7 @@ def play_part(e, sound, heard, place, n):
             e.quiet = 0
             continue
         e.quiet = e.quiet + 1 if sound[j] == 0.0 else 0
-        y = e.sound[j]
-        sound[j] = np.float32(y if abs(y) >= MIN_SAMPLE else 0.0)
+        sound[j] = single(e.sound[j])
 
 
 @jit

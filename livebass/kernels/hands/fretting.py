@@ -73,6 +73,7 @@ def change_fret(string, ops, fret, finger, held):
     load_slot(string, ops, k, fret)
     new.on = 1
     new.hand = old.hand
+    new.turned_for, new.owed = old.turned_for, old.owed
     new.safety = max(old.safety, SAFETY_HANDED if op.length > to.length else SAFETY)
     if old.v_active > 0 or old.stop_v.place != 0.0:
         wake_v(new, to)

@@ -1,13 +1,19 @@
 """The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11), for kernels and for Python.
 
+Eqs. 8 and 9 take the neck's admittance at a real frequency. That holds while the string loses far less than the neck's
+resonances do. The law "paper" and measured modes follow them as printed. The law "hinged" solves string and neck as one
+system (`ringing`): s = s_j - 2 f0 mu c (1 + B j^2) Y(s), with s_j of the string on a rigid neck, and Y at the complex s
+itself. Eqs. 8 and 9 are the first step of its solution. Near a resonance it has two solutions, as both string and neck
+move in both; a mode takes the one that moves the string more.
+
 Neck and saddle need not give way most along u. Their own directions, a and b, may be turned by `axes_turned` from u
-towards v: a = c u + s v, b = c v - s u, c and s its cosine and sine. `frequency` and `damping` are the laws along a and
-b. Stiffness and damping of u and v follow from turning the axes: `turned_frequency` and `turned_damping` have the
-diagonal, and `exchange` the rest, which makes u and v exchange energy (turning.py).
+towards v: a = c u + s v, b = c v - s u, c and s its cosine and sine. `along` is the law along a and b. Stiffness and
+damping of u and v follow from turning the axes: `turned_frequency` and `turned_damping` have the diagonal, and
+`exchange` the rest, which makes u and v exchange energy (turning.py).
 
 A `note` is a NOTE (preparing.py) or any object with its fields; its lists lie in `numbers`. Modes `j` count from 1. All
-functions but `admittance` and its callers also take arrays. model/modes.py and model/neck.py explain the physics.
-Equation numbers: Issanchou et al. (2018). [any thread]
+functions but `admittance`, `ringing` and their callers also take arrays. model/modes.py and model/neck.py explain the
+physics. Equation numbers: Issanchou et al. (2018). [any thread]
 """
 
 import numpy as np
@@ -19,6 +25,9 @@ AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
 CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above this the published damping is constant
 SQUARE_PI = np.pi**2
+ROUNDS = 30  # of `approach`; most modes need 3 to 5
+NEAR_ENOUGH = 1e-12  # of the frequency
+TINY = 1e-300  # keeps a division by zero finite
 
 
 @shared
@@ -142,7 +151,7 @@ def interpolate_rows(numbers, first, count, part, nu):
 
 @shared
 def frequency(note, numbers, j, across):
-    """nu_j, Hz, along a, or along b if `across`: eq. 8, or measured.
+    """nu_j, Hz, along a, or along b if `across`: eq. 8 as printed, or measured.
 
     b has the measured frequency of a, shifted by its own neck and length.
     """
@@ -162,7 +171,7 @@ def frequency(note, numbers, j, across):
 
 @shared
 def damping(note, numbers, j, nu, across):
-    """sigma_j, 1/s, along a, or along b if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
+    """sigma_j, 1/s, along a, or along b if `across`, at `nu` (Hz): eqs. 9 to 11 as printed, or measured.
 
     b has the measured damping of a, with the neck's damping of a replaced by its damping of b; the string itself loses
     no less than by its own law, or than measured if that is less.
@@ -184,55 +193,186 @@ def damping(note, numbers, j, nu, across):
 
 
 @shared
+def along(note, numbers, j, across):
+    """nu_j (Hz) and sigma_j (1/s) along a, or along b if `across`."""
+    if is_printed(note, j):
+        nu = frequency(note, numbers, j, across)
+        return nu, damping(note, numbers, j, nu, across)
+    nu, decay = ringing(note, numbers, j, across)
+    return np.sqrt(nu * nu + decay * decay), 2.0 * np.pi * decay
+
+
+@shared
+def is_printed(note, j):
+    """True if mode `j` follows eqs. 8 and 9 as printed: by the law "paper", or because it was measured."""
+    return note.paper_law != 0 or j <= max(note.frequencies_count, note.dampings_count)
+
+
+@shared
+def ringing(note, numbers, j, across):
+    """The frequency (Hz) and the decay (1/s, over 2 pi) with which mode `j` rings along a, or along b if `across`."""
+    nu, decay, rate = alone(note, float(j), across)
+    if across and note.own_across:
+        y = interpolate_rows(numbers, note.table_across, note.table_across_count, 1.0, nu)
+        first, count, stop = note.resonances_across, note.resonances_across_count, note.stop_across
+    else:
+        y = interpolate_rows(numbers, note.table, note.table_count, 1.0, nu)
+        first, count, stop = note.resonances, note.resonances_count, note.stop
+    still = rings_at(nu - rate * y[1], decay + rate * (stop + y[0]))
+    if count == 0:
+        return still
+    near = nearest(numbers, first, count, still)
+    at = still
+    for _ in range(ROUNDS):
+        before = at
+        at = approach(numbers, (first, count), rate, still, near, before)
+        if abs(at[0] - before[0]) + abs(at[1] - before[1]) < NEAR_ENOUGH * nu:
+            break
+    return at
+
+
+@shared
+def alone(note, j, across):
+    """Mode `j` on a rigid neck by the law "hinged": its eigenfrequency (Hz) and its decay (1/s, over 2 pi).
+
+    Also returns the rate 2 f0 mu c (1 + B j^2) / (2 pi), Hz per m/s/N, at which the neck's admittance changes them.
+    """
+    law = damped_at(note, j)
+    decay = law * (0.5 * loss_factor(note, law) + note.extra_damping_slope) + note.extra_damping / (2.0 * np.pi)
+    ratio = stretch_ratio(0, note.inharmonicity, j)
+    nu = j * note.fundamental * ratio
+    if across and note.own_across:
+        nu = nu / (1.0 + note.longer_across)
+    through = impedance(note.linear_density, note.length, note.fundamental)
+    return nu, decay, note.fundamental * through * ratio * ratio / np.pi
+
+
+@shared
+def rings_at(nu, decay):
+    """The frequency (Hz) at which a mode of eigenfrequency `nu` (Hz) rings, 0 if it creeps; and its `decay`."""
+    return np.sqrt(np.maximum(nu * nu - decay * decay, 0.0)), decay
+
+
+@shared
+def moving(numbers, row, at):
+    """Re and Im (m/s/N) of the admittance of the resonance at `row`, for a motion that rings and decays `at` (Hz).
+
+    Also returns how steep it is there, by any measure.
+    """
+    nu, decay = at
+    off = numbers[row] * numbers[row] - nu * nu + decay * (decay - numbers[row] / numbers[row + 1])
+    width = nu * (numbers[row] / numbers[row + 1] - 2.0 * decay)
+    part = 1.0 / (2.0 * np.pi * numbers[row + 2] * (off * off + width * width + TINY))
+    return part * (nu * width - decay * off), part * (nu * off + decay * width), part
+
+
+@shared
+def nearest(numbers, first, count, at):
+    """The resonance that the motion `at` (ringing, decay in Hz) is nearest to: whose admittance is steepest there.
+
+    Returns its place in the list, one over its mass (kg), and ringing and decay (Hz) of its poles, the nearer first.
+    """
+    none = 0.0 * at[0]
+    place, steepest = none, none
+    f, quality, light = none + numbers[first], none + numbers[first + 1], none + 1.0 / numbers[first + 2]
+    for i in range(count):
+        row = first + 3 * i
+        steep = moving(numbers, row, at)[2]
+        more = (steep > steepest) * 1.0
+        steepest = np.maximum(steep, steepest)
+        place = place + more * (i - place)
+        f = f + more * (numbers[row] - f)
+        quality = quality + more * (numbers[row + 1] - quality)
+        light = light + more * (1.0 / numbers[row + 2] - light)
+    decay = f / (2.0 * quality)
+    square = f * f - decay * decay
+    rings = (square > 0.0) * 1.0  # else it creeps: two real poles
+    apart = np.sqrt(abs(square))
+    ring, creep = rings * apart, (1.0 - rings) * apart
+    return place, light, (ring, decay + creep), (-ring, decay - creep)
+
+
+@shared
+def approach(numbers, rows, rate, still, near, at):
+    """A step from `at` towards the line of a string that rings `still` (ringing, decay in Hz) without resonances.
+
+    The admittances at `at` of all resonances but the one `near` stay as they are, and so does that one's residue:
+    this leaves a quadratic equation. rows: the first and the number of the resonances.
+    """
+    place, light, pole, other = near
+    nu, decay = still
+    for i in range(rows[1]):
+        real, imaginary, _ = moving(numbers, rows[0] + 3 * i, at)
+        part = rate * (i != place)
+        nu = nu - part * imaginary
+        decay = decay + part * real
+    x, y = other[1] - at[1], at[0] - other[0]
+    scale = rate * light / (2.0 * np.pi * (x * x + y * y + TINY))
+    half, up = 0.5 * (pole[1] - decay), 0.5 * (nu - pole[0])
+    real, imaginary = complex_root(
+        half * half - up * up - scale * (at[0] * y - at[1] * x), 2.0 * half * up - scale * (at[0] * x + at[1] * y)
+    )
+    sign = 1.0 - 2.0 * (half * real + up * imaginary < 0.0)  # of the root nearer to the string without this resonance
+    return 0.5 * (nu + pole[0]) + sign * imaginary, 0.5 * (decay + pole[1]) - sign * real
+
+
+@shared
+def complex_root(real, imaginary):
+    """Re and Im of a square root of a complex number."""
+    size = np.sqrt(real * real + imaginary * imaginary)
+    greater = np.sqrt(0.5 * (size + abs(real)))
+    smaller = 0.5 * imaginary / (greater + TINY)
+    positive = (real >= 0.0) * 1.0
+    return positive * greater + (1.0 - positive) * smaller, positive * smaller + (1.0 - positive) * greater
+
+
+@shared
 def are_turned(note):
     """True if u and v exchange energy."""
     return note.own_across != 0 and note.axes_turned != 0.0
 
 
 @shared
-def turned_frequency(note, numbers, j, across):
-    """nu_j (Hz) of u, or of v if `across`, without their exchange."""
-    nu = frequency(note, numbers, j, across)
+def both_axes(note, numbers, j):
+    """nu_j (Hz) along a and along b, then sigma_j (1/s) along a and along b."""
+    nu, sigma = along(note, numbers, j, False)
+    if note.own_across == 0:
+        return nu, nu, sigma, sigma
+    nu_across, sigma_across = along(note, numbers, j, True)
+    return nu, nu_across, sigma, sigma_across
+
+
+@shared
+def turned_frequency(note, axes, across):
+    """nu_j (Hz) of u, or of v if `across`, without their exchange, from `both_axes`."""
+    nu, other = (axes[1], axes[0]) if across else (axes[0], axes[1])
     if not are_turned(note):
         return nu
-    other = frequency(note, numbers, j, not across)
     part = sin(note.axes_turned)
     return np.sqrt(nu * nu + part * part * (other * other - nu * nu))
 
 
 @shared
-def axis_damping(note, numbers, j, across):
-    """sigma_j (1/s) along a, or along b if `across`, at its own frequency."""
-    return damping(note, numbers, j, frequency(note, numbers, j, across), across)
-
-
-@shared
-def turned_damping(note, numbers, j, nu, across):
-    """sigma_j (1/s) of u, or of v if `across`, at `nu` (Hz), their `turned_frequency`, without their exchange."""
+def turned_damping(note, axes, across):
+    """sigma_j (1/s) of u, or of v if `across`, without their exchange, from `both_axes`."""
+    own, other = (axes[3], axes[2]) if across else (axes[2], axes[3])
     if not are_turned(note):
-        return damping(note, numbers, j, nu, across)
+        return own
     part = sin(note.axes_turned)
-    own, other = axis_damping(note, numbers, j, across), axis_damping(note, numbers, j, not across)
     return own + part * part * (other - own)
-
-
-@shared
-def min_damping(note, numbers, j):
-    """The smaller sigma_j (1/s) of both axes: no direction has less."""
-    return min(axis_damping(note, numbers, j, False), axis_damping(note, numbers, j, True))
 
 
 @shared
 def exchange(note, numbers, j):
     """The rate e (rad/s) at which mode `j` of u and of v exchange amplitudes, and Delta: turning.py.
 
-    Delta is the damping of u, of v, and d between them (1/s), above `min_damping`.
+    Delta is the damping of u, of v, and d between them (1/s), above the smaller one of both axes.
     """
-    a, b = frequency(note, numbers, j, False), frequency(note, numbers, j, True)
-    u, v = turned_frequency(note, numbers, j, False), turned_frequency(note, numbers, j, True)
+    axes = both_axes(note, numbers, j)
+    u, v = turned_frequency(note, axes, False), turned_frequency(note, axes, True)
     sine, cosine = sin(note.axes_turned), cos(note.axes_turned)
-    rate = sine * cosine * np.pi * (a * a - b * b) / np.sqrt(u * v)
-    more = axis_damping(note, numbers, j, False) - axis_damping(note, numbers, j, True)
+    rate = sine * cosine * np.pi * (axes[0] * axes[0] - axes[1] * axes[1]) / np.sqrt(u * v)
+    more = axes[2] - axes[3]
     part = cosine if more > 0.0 else sine  # of the axis with the greater damping
     own = part * part * abs(more)
     return rate, own, abs(more) - own, sine * cosine * more

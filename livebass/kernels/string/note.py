@@ -18,7 +18,10 @@ take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
 BOARD_ROUGH = 20e-6  # m that a board may stand above the string at rest; it is pressed flat
 ROUNDING = 1e-9  # m that a crown may stand above the string at rest and still count as level with it
-MAX_DETUNING = 0.05  # relative shift of a mode by the neck: beyond this the first-order eq. 8 fails
+MAX_DETUNING = 0.05  # relative shift of a mode by the neck, by eq. 8: beyond this its first order fails
+TUNINGS = 16  # of a string by `tune_line`; most notes need 2 to 4
+IN_TUNE = 1e-12  # of the pitch
+FLATTEST, STEEPEST = 0.5, 2.0  # slope of a line's frequency over f0 that `tune_line` trusts
 MIN_GRID = 8  # steps
 SPLIT = 134217729.0  # 2^27 + 1: splits a float64 into two halves (Veltkamp)
 
@@ -97,7 +100,7 @@ def make_note(string, numbers, fret, note, lists, end):
     """Makes the note of `string` at `fret`, except for its modes and answers, with its lists from `end` on.
 
     A note is in tune wherever its fret is, as with a compensated saddle; a note with its own offset has another
-    tension. The neck shifts each mode by a different part (eq. 8): the first mode is in tune.
+    tension. The neck shifts each mode by a different part (law.py): the first mode is in tune.
 
     Returns the fret it rests on, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the string at rest,
     and the end of the lists.
@@ -239,7 +242,9 @@ def tune(string, numbers, stop, note, lists):
     sounds = hypotenuse(pitch, mute)  # tuned higher, as a damped mode rings lower than its eigenfrequency
     stretch = law.stretch_ratio(note.paper_law, note.inharmonicity, 1.0)
     fundamental = sounds / stretch
-    if note.resonances_count + note.table_count > 0 or note.stop != 0.0:
+    if not law.is_printed(note, 1):
+        fundamental = tune_line(note, lists, pitch, fundamental)
+    elif note.resonances_count + note.table_count > 0 or note.stop != 0.0:
         for _ in range(8):  # fixed-point iteration; each pass gains digits, as the neck's part is small
             aside = law.detuning(law.admittance(note, lists, fundamental, False)[1], mass * fundamental, 1)
             aside = min(max(aside, -MAX_DETUNING), MAX_DETUNING)
@@ -248,6 +253,29 @@ def tune(string, numbers, stop, note, lists):
             if abs(fundamental / before - 1) < 1e-12:
                 break
     note.fundamental = fundamental
+
+
+@shared
+def tune_line(note, lists, pitch, first):
+    """The f0 (Hz) near `first` with which the line of the first mode (`law.ringing`) lies at `pitch` (Hz): by secants.
+
+    Where string and neck move alike, perhaps none brings the line there: then the best that was found.
+    """
+    lowest, highest = (1 - MAX_DETUNING) * first, (1 + MAX_DETUNING) * first
+    fundamental, best, least = first, first, np.inf
+    before, off_before, slope = first, 0.0, 1.0
+    for k in range(TUNINGS):
+        note.fundamental = note.damped_fundamental = fundamental
+        off = law.ringing(note, lists, 1, False)[0] - pitch
+        if abs(off) < least:
+            best, least = fundamental, abs(off)
+        if least < IN_TUNE * pitch:
+            break
+        if k > 0 and fundamental != before:
+            slope = min(max((off - off_before) / (fundamental - before), FLATTEST), STEEPEST)
+        before, off_before = fundamental, off
+        fundamental = min(max(fundamental - off / slope, lowest), highest)
+    return best
 
 
 @shared

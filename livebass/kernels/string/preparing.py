@@ -16,7 +16,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry, inlined
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.string.law import are_turned, exchange, min_damping, turned_damping, turned_frequency
+from livebass.kernels.string.law import are_turned, both_axes, exchange, turned_damping, turned_frequency
 from livebass.kernels.string.operators import (
     EXCHANGE_ROWS,
     KAPPA,
@@ -82,7 +82,7 @@ LISTS = {
     "obstacles": 2,  # (m from the stop, height in m)
     "surface": 2,  # (m from the stop, height in m), ascending: replaces obstacles
     "taps": 2,  # or 1: see PICKUPS
-    "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each mode that may answer
+    "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each line that may answer
 }
 MAX_WORDS = 1 << 23  # of an instrument file
 NOTE_WORDS = [
@@ -211,9 +211,7 @@ def fill(work):
 def fill_operator(work, note, op):
     """Fills an operator and its zeroed rows, except the hand's heights; returns as `fill`."""
     set_numbers(work, note, op)
-    state = set_coefficients(work, note, op, op.coefficients, False)
-    if state == DONE and note.own_across:
-        state = set_coefficients(work, note, op, op.coefficients_v, True)
+    state = set_coefficients(work, note, op)
     if state != DONE:
         return state
     set_points(work, note, op)
@@ -275,11 +273,11 @@ def numbers_of(work):
 
 @jit
 def carried_modes(work, note):
-    """Number of wanted modes below `work.carried` of the contact rate, at least 1."""
-    count = 0
-    for j in range(1, note.modes + 1):
-        if turned_frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
-            count += 1
+    """Number of wanted modes below `work.carried` of the contact rate, at least 1: from the highest, few are solved."""
+    count = note.modes
+    limit = work.carried * work.contact_rate
+    while count > 1 and turned_frequency(note, both_axes(note, numbers_of(work), count), False) >= limit:
+        count -= 1
     return max(count, 1)
 
 
@@ -315,54 +313,69 @@ def set_parts(work, op):
 
 
 @jit
-def set_coefficients(work, note, op, rows, across):
-    """Fills the coefficients of u's modes, or v's if `across`, at `rows`.
-
-    Modes that fill up the last block stay at rest and must not divide by zero.
-    """
-    dt = 1.0 / work.contact_rate
-    kappa = coefficient_at(rows, op, KAPPA)
-    omega, sigma = coefficient_at(rows, op, OMEGA), coefficient_at(rows, op, SIGMA)
-    for k in range(op.modes, op.padded):
-        kappa[k] = 1.0
-        omega[k] = 1.0
-        put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
+def set_coefficients(work, note, op):
+    """Fills the coefficients of u's modes, and of v's, if `own_across`; returns as `fill`."""
+    begin_rows(op, op.coefficients)
+    begin_rows(op, op.coefficients_v)
     for k in range(op.modes):
-        nu = turned_frequency(note, numbers_of(work), k + 1, across)
-        s = 0.0 if work.lossless else damping_of(work, note, op, k, nu, across)
-        w = 2 * np.pi * nu
-        if s >= w:
-            return np.int64(OVERDAMPED)
-        w = np.sqrt(w * w - s * s)
-        sine = sin(w * dt)
-        if abs(sine) < MIN_SINE:
-            return np.int64(FROZEN)
-        kept, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
-        es = damp * sine
-        put_number(mixed_coefficient(rows, op, KEPT), op, k, kept)
-        put_number(mixed_coefficient(rows, op, SPRING), op, k, spring)
-        put_number(mixed_coefficient(rows, op, PACE), op, k, w / es)
-        kappa[k] = es / w
-        omega[k] = w
-        sigma[k] = s
-        for which in range(op.leaps):
-            steps, row = leap_steps(op, which), LEAPS + 3 * which
-            damp = exp(-s * steps * dt)
-            if k >= op.split:
-                damp = min(damp, MAX_LEFT)
-            turned = damp * sin(w * steps * dt)
-            put_number(mixed_coefficient(rows, op, row), op, k, damp * cos(w * steps * dt))
-            put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)
-            put_number(mixed_coefficient(rows, op, row + 2), op, k, turned * es)
+        axes = both_axes(note, numbers_of(work), k + 1)
+        for direction in range(1 + note.own_across):
+            across = direction > 0
+            nu = turned_frequency(note, axes, across)
+            s = 0.0 if work.lossless else damping_of(note, op, k, axes, across)
+            state = set_mode(work, op, op.coefficients_v if across else op.coefficients, k, (nu, s))
+            if state != DONE:
+                return state
     return np.int64(DONE)
 
 
 @jit
-def damping_of(work, note, op, k, nu, across):
-    """sigma (1/s) of u's mode `k`, or of v's if `across`, at `nu` (Hz); the exchange has the rest (turning.py)."""
+def begin_rows(op, rows):
+    """Fills coefficients at `rows` of the modes that fill up the last block: at rest, they must not divide by zero."""
+    kappa, omega = coefficient_at(rows, op, KAPPA), coefficient_at(rows, op, OMEGA)
+    for k in range(op.modes, op.padded):
+        kappa[k] = 1.0
+        omega[k] = 1.0
+        put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
+
+
+@jit
+def set_mode(work, op, rows, k, of):
+    """Fills the coefficients at `rows` of mode `k`, of frequency (Hz) and damping (1/s) `of`; returns as `fill`."""
+    dt, s = 1.0 / work.contact_rate, of[1]
+    w = 2 * np.pi * of[0]
+    if s >= w:
+        return np.int64(OVERDAMPED)
+    w = np.sqrt(w * w - s * s)
+    sine = sin(w * dt)
+    if abs(sine) < MIN_SINE:
+        return np.int64(FROZEN)
+    kept, spring, damp = fine_coefficients(s * dt, sin(0.5 * w * dt))
+    es = damp * sine
+    put_number(mixed_coefficient(rows, op, KEPT), op, k, kept)
+    put_number(mixed_coefficient(rows, op, SPRING), op, k, spring)
+    put_number(mixed_coefficient(rows, op, PACE), op, k, w / es)
+    coefficient_at(rows, op, KAPPA)[k] = es / w
+    coefficient_at(rows, op, OMEGA)[k] = w
+    coefficient_at(rows, op, SIGMA)[k] = s
+    for which in range(op.leaps):
+        steps, row = leap_steps(op, which), LEAPS + 3 * which
+        damp = exp(-s * steps * dt)
+        if k >= op.split:
+            damp = min(damp, MAX_LEFT)
+        turned = damp * sin(w * steps * dt)
+        put_number(mixed_coefficient(rows, op, row), op, k, damp * cos(w * steps * dt))
+        put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)
+        put_number(mixed_coefficient(rows, op, row + 2), op, k, turned * es)
+    return np.int64(DONE)
+
+
+@jit
+def damping_of(note, op, k, axes, across):
+    """sigma (1/s) of u's mode `k`, or of v's if `across`, from `both_axes`; the exchange has the rest (turning.py)."""
     if k < op.turned:
-        return min_damping(note, numbers_of(work), k + 1)
-    return turned_damping(note, numbers_of(work), k + 1, nu, across)
+        return min(axes[2], axes[3])
+    return turned_damping(note, axes, across)
 
 
 # Contact points
@@ -511,7 +524,7 @@ def set_coupling(work, note, op):
         turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
     scale = np.sqrt(2 / note.length)
     for j in range(op.modes + 1, n):
-        w = 2 * np.pi * turned_frequency(note, numbers_of(work), j, False)
+        w = 2 * np.pi * turned_frequency(note, both_axes(note, numbers_of(work), j), False)
         part = 1 / (w * w)
         for m in range(points):
             k = grid_point(note, x[m])
@@ -547,7 +560,10 @@ def set_answers(work, note, op):
 
 @jit
 def set_exchange(work, note, op):
-    """Fills the rates at which u and v exchange amplitudes."""
+    """Fills the axes, and the rates at which u and v exchange amplitudes."""
+    op.axes[0], op.axes[1] = 1.0, 0.0
+    if op.turned > 0:
+        op.axes[0], op.axes[1] = cos(note.axes_turned), sin(note.axes_turned)
     for k in range(min(op.turned, op.modes)):
         found = exchange(note, numbers_of(work), k + 1)
         exchange_row(op, 0)[k] = found[0]

@@ -24,7 +24,7 @@ BLOCK = 16  # modes woken and dropped together
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; maximum number of groups
 UNKNOWN = -1  # a step number: never
 RING_ON = 1 << 30  # in `idle`: hands that move do not mute these strings
-MAX_ANSWERS = 128  # modes of other strings that may answer one string
+MAX_ANSWERS = 256  # lines of other strings that may answer one string: modes along one axis or both
 LOW = TURNED_MODES  # float64 modes in qualities that are not exact: whole BLOCKs
 NOTHING: Mapping[str, int] = {}
 BETWEEN_ROWS = 9 + 9 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
@@ -170,10 +170,11 @@ OPERATOR = np.dtype(
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the omitted modes, static
-        ("answers", "i8"),  # address of the nut's Re Y and Im Y (m/s/N) from this stop, for each mode that may answer
+        ("answers", "i8"),  # address of the nut's Re Y and Im Y (m/s/N) from this stop, for each line that may answer
         ("answering", "i8"),  # ... and their number
         ("turning", "i8"),  # address of the rates at which u and v exchange amplitudes (operators.exchange_row) ...
         ("turned", "i8"),  # ... and the number of modes that do, at most LOW; 0: the neck's axes are u and v
+        ("axes", "f8", (2,)),  # cosine and sine of the angle from u to the neck's axis a (law.py)
         ("modes", "i8"),
         ("padded", "i8"),  # modes, rounded up to a whole BLOCK
         ("leaps", "i8"),  # number of leaps with coefficients
@@ -270,7 +271,8 @@ SLOT = on_lines(
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v's working set is ready ...
         ("v_active", "i8"),  # ... and its number of modes not known to be dead; 0: v rests
-        ("owed", "i8"),  # exchanges between u and v that wait because the string presses on something
+        ("turned_for", "i8"),  # frames since u and v last exchanged, or began to move ...
+        ("owed", "i8"),  # ... and exchanges that wait because the string presses on something
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a check
         ("quiet", "i8"),  # fine step before which no contact is possible without an event
@@ -453,24 +455,27 @@ CONTACT = np.dtype(
     align=True,
 )
 
-# The modes of other strings that may answer one string, string after string (answers.py)
+MAX_LINKS = 64  # pairs of idle strings' lines that pass answers on
+
+# The lines of other strings that may answer one string, string after string (answers.py)
 ANSWERS = np.dtype(
     [
         ("count", "i8"),
         # those that sound, voice.answering of them, in the order in which they began; zeros above
         _answers("q", "f4"),  # m^1.5: displacement ...
         _answers("y", "f4"),  # ... and (velocity + sigma q) / omega
-        _answers("mode", "i8"),  # which mode each is
+        _answers("line", "i8"),  # which line each is
         # workspace: recomputed when another begins or the hands change
         _answers("heard_q", "f4"),  # of_q and of_y of each ...
         _answers("heard_y", "f4"),
         _answers("now_cosine", "f4"),  # ... and one frame, damped by the hands
         _answers("now_sine", "f4"),
         ("damped_for", "i8"),  # key of these two
-        # all modes
+        # all lines
         _answers("place", "i8"),  # in the rows above; UNKNOWN: silent
         ("own_density", "f8"),  # kg/m, of the sounding string
         _answers("string", "i8"),
+        _answers("across", "i8"),  # 0: along axis a of the neck, 1: along b
         _answers("omega"),  # rad/s; 0: no such mode
         _answers("sigma"),  # 1/s
         _answers("density"),  # kg/m
@@ -481,6 +486,10 @@ ANSWERS = np.dtype(
         _answers("sine"),
         _answers("muted"),  # factor per frame of the hands on an idle string ...
         _answers("rested"),  # ... and of those on one that answers
+        # lines of idle strings that pass answers on to each other, and one exchange of each, as below
+        ("links", "i8"),
+        ("link_ends", "i8", (MAX_LINKS, 2)),
+        ("link_flow", "f8", (MAX_LINKS, 6)),
         # workspace: recomputed when the hands or the sounding fret change
         ("pairs", "i8"),
         ("pairs_for", "i8", (2,)),  # key of these: operator, idle strings ...
@@ -489,9 +498,12 @@ ANSWERS = np.dtype(
         _answers("pair_mode", "i8"),
         _answers("pair_real"),  # G, 1/s
         _answers("pair_imaginary"),
-        _answers("pair_allowed"),  # factor of its real part
-        # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse
-        ("flow", "f8", (MAX_ANSWERS, 8)),
+        _answers("pair_effect"),  # |G| over the difference of the lines
+        _answers("pair_share"),  # of the losses of both that Re G needs ...
+        _answers("pair_allowed"),  # ... and factor by which Re G keeps within them
+        # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse, for u and
+        # for v; how much u and v move along the axis, and how much v moves with it
+        ("flow", "f8", (MAX_ANSWERS, 13)),
     ],
     align=True,
 )

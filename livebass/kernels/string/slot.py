@@ -32,6 +32,7 @@ def load(slot, op, step):
     slot.heard = op.tap_modes
     slot.v_ready = 0
     slot.v_active = 0
+    slot.turned_for = 0
     slot.owed = 0
     slot.safety = SAFETY
     slot.active = 0

@@ -31,7 +31,7 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import invalidate_contact, is_touching
-from livebass.kernels.string.operators import exchange_row
+from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient_at, exchange_row
 from livebass.kernels.string.records import THERE
 from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MAX_OWED
 
@@ -40,6 +40,29 @@ from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MAX_OWED
 def duration(voice, op):
     """Time (s) between two exchanges."""
     return EXCHANGE_EVERY * op.fine * voice.numerator / voice.denominator
+
+
+@jit
+def along_axis(op, j, across):
+    """omega (rad/s) and sigma (1/s) of mode `j` along axis a, or b if `across`, from u, v and their exchange.
+
+    With D = omega_a^2 - omega_b^2, u and v differ by cos(2 theta) D, and k is half of sin(2 theta) D; so does sigma.
+    """
+    omega, sigma = coefficient_at(op.coefficients, op, OMEGA)[j], coefficient_at(op.coefficients, op, SIGMA)[j]
+    if op.turned == 0:
+        return omega, sigma
+    cosine, sine = op.axes[0], op.axes[1]
+    cosine_2, sine_2 = cosine * cosine - sine * sine, 2.0 * sine * cosine
+    other = coefficient_at(op.coefficients_v, op, OMEGA)[j]
+    k = 2.0 * exchange_row(op, 0)[j] * np.sqrt(omega * other)
+    of_u, of_v, between = exchange_row(op, 1)[j], exchange_row(op, 2)[j], exchange_row(op, 3)[j]
+    square = 0.5 * (cosine_2 * (omega * omega - other * other) + 2.0 * sine_2 * k)
+    more = 0.5 * (cosine_2 * (of_u - of_v) + 2.0 * sine_2 * between)
+    if across:
+        square, more = -square, -more
+    own = sigma + 0.5 * (of_u + of_v) + more
+    natural = 0.5 * (omega * omega + other * other) + sigma * sigma + square
+    return np.sqrt(natural - own * own), own
 
 
 @jit
@@ -87,10 +110,16 @@ def series(z, a, b, c):
 @jit
 def exchange(voice, slot, op, step):
     """Exchanges energy between u and v if it is time, after the slot has moved to fine step `step`."""
-    if (voice.frame + 1 - voice.begun) % EXCHANGE_EVERY == 0:
-        slot.owed = min(slot.owed + 1, MAX_OWED)
     n = min(max(slot.active, slot.v_active), op.turned)
-    if slot.owed == 0 or n == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
+    if n == 0:  # a finger may hold the string: exchanges count from its release
+        slot.turned_for = 0
+        slot.owed = 0
+        return
+    slot.turned_for += 1
+    if slot.turned_for == EXCHANGE_EVERY:
+        slot.turned_for = 0
+        slot.owed = min(slot.owed + 1, MAX_OWED)
+    if slot.owed == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
         return
     set_flow(voice, slot, op)
     due = min(slot.owed, EXCHANGES_AT_ONCE)

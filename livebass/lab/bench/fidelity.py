@@ -44,6 +44,8 @@ WITHIN = 3e-3  # of the force, up and down, 0.026 dB: inaudible
 STRAIGHT = "straight"
 STROKES = ("pick", "pop", STRAIGHT)  # of hard notes on VISITED, besides each preset's own stroke
 VISITED = ("jazz-finger", "precision-finger")
+THIN = "thin"
+THINNEST, HIGHEST = "six-string", (4, 5)  # a preset, and its strings that are plucked straight up, too
 GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
@@ -52,6 +54,7 @@ GROUPS = {
     "board": "strings that touched a board",
     "guests": "picked or popped on a bass for fingers, and touched a fret",
     STRAIGHT: "plucked straight up on it, and touched a fret",
+    THIN: "plucked straight up on the highest strings of six, and touched a fret",
 }
 KINDS = {
     "frets with loss": "plucked, over frets whose contact loses energy",
@@ -59,6 +62,7 @@ KINDS = {
     "pops": "popped, over such frets",
     "guests": "picked or popped on a bass for fingers, over such frets",
     STRAIGHT: "plucked straight up on it",
+    THIN: "plucked straight up on the highest strings of six",
     "boards": "over a board whose contact loses energy",
     "lossless": "over frets or a board that give all energy back",
 }
@@ -109,12 +113,26 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
 
 
 def guest_notes() -> list[Note]:
-    """Returns hard notes of each of STROKES on each string of VISITED, at frets 0, 3, 6 and 9 in turn."""
+    """Returns hard notes of each of STROKES on each string of VISITED, at frets 0, 3, 6 and 9 in turn.
+
+    Then come plucks straight up on the HIGHEST strings of THINNEST, which hit the frets most often.
+    """
     strokes = itertools.product(VISITED, STROKES, range(4))
+    thin = itertools.product(HIGHEST, (0, 3, 7, 12), (105, 127))
     return [
-        Note(preset, i, 3 * ((i + k) % 4), "hard", (110, 127)[k % 2], RATES[1], stroke)
-        for k, (preset, stroke, i) in enumerate(strokes)
+        *(
+            Note(preset, i, 3 * ((i + k) % 4), "hard", (110, 127)[k % 2], RATES[1], stroke)
+            for k, (preset, stroke, i) in enumerate(strokes)
+        ),
+        *(Note(THINNEST, i, fret, "hard", velocity, RATES[1], STRAIGHT) for i, fret, velocity in thin),
     ]
+
+
+def guest_kind(note: Note) -> str:
+    """Returns the one of GROUPS, and of KINDS, to which a note with one of STROKES belongs."""
+    if note.stroke != STRAIGHT:
+        return "guests"
+    return THIN if note.preset == THINNEST else STRAIGHT
 
 
 def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:
@@ -253,7 +271,7 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
     if not heard.contacts:
         return "no contact"
     if note.stroke:
-        return STRAIGHT if note.stroke == STRAIGHT else "guests"
+        return guest_kind(note)
     if bass.necks[note.string].surface:
         return "board"
     if bass.player.technique != "slap":
@@ -295,7 +313,7 @@ def kind_of(bass: Instrument, note: Note) -> str:
     if neck.surface:
         return "boards"
     if note.stroke:
-        return STRAIGHT if note.stroke == STRAIGHT else "guests"
+        return guest_kind(note)
     if player.technique != "slap":
         return "frets with loss"
     return "thumb" if string < player.slapped_strings and player.thumb_mass > 0 else "pops"

@@ -49,7 +49,7 @@ def save(b, i):
             if slot.v_active > 0:
                 move_v(save_row, save_single, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
     n = string.voice.answering
-    copy_row(saved_answers(a, place, 0), string.answers.mode, n)
+    copy_row(saved_answers(a, place, 0), string.answers.line, n)
     copy_row(saved_answers(a, place, 1), string.answers.q, n)
     copy_row(saved_answers(a, place, 2), string.answers.y, n)
 
@@ -81,8 +81,8 @@ def go_back(b, i, frame):
                 invalidate_contact(slot.v, op)
     n = string.voice.answering
     string.voice.answering = 0
-    modes, q, y = saved_answers(a, place, 0), saved_answers(a, place, 1), saved_answers(a, place, 2)
-    answers.take_answers(string.voice, string.answers, n, modes, q, y)
+    lines, q, y = saved_answers(a, place, 0), saved_answers(a, place, 1), saved_answers(a, place, 2)
+    answers.take_answers(string.voice, string.answers, n, lines, q, y)
 
 
 @jit

@@ -108,7 +108,7 @@ def carry_string(string, ops, old, old_ops):
     voice.answering = 0
     had = old.answers
     if string.answers.count == had.count:
-        answers.take_answers(voice, string.answers, was.answering, had.mode, had.q, had.y)
+        answers.take_answers(voice, string.answers, was.answering, had.line, had.q, had.y)
 
 
 @jit

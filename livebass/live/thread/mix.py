@@ -10,6 +10,7 @@ from livebass.kernels.bass import floor
 from livebass.kernels.bass.records import SOUND_RING
 from livebass.kernels.effects import chain
 from livebass.kernels.machine.native import record_address, samples_at
+from livebass.kernels.machine.samples import added, single
 from livebass.kernels.player.performer import FADE, OVER
 from livebass.live.thread import helpers, records
 
@@ -62,16 +63,16 @@ def mix_strings(synth, b, out, n, fades):
             if with_floor:
                 x += synth.floor[j]
             if effects and abs(x) < 1e6:
-                synth.dry[j] += np.float32(x)
+                synth.dry[j] = added(synth.dry[j], single(x))
             x *= synth.gains[j]
             if fades:
                 x *= synth.fades[j]
             if not abs(x) < 1e6:
                 x = 0.0
                 synth.faults += 1
-            out[j] += np.float32(x)
+            out[j] = added(out[j], single(x))
             if apart:
-                own[j] += np.float32(x)
+                own[j] = added(own[j], single(x))
     if effects:
         add_effects(synth, b, out, start, n, fades)
 
@@ -102,7 +103,7 @@ def add_effects(synth, b, out, start, n, fades):
         x = np.float64(synth.dry[j]) * synth.gains[j]
         if fades:
             x *= synth.fades[j]
-        out[j] = synth.before[j] + np.float32(x)
+        out[j] = added(synth.before[j], single(x))
 
 
 @jit

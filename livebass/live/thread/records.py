@@ -195,7 +195,7 @@ def saved_slot(a, place, k):
 
 @inlined
 def saved_answers(a, place, which):
-    """A saved string's answers: their modes (0), displacements (1) or the other half (2), (MAX_ANSWERS,)."""
+    """A saved string's answers: their lines (0), displacements (1) or the other half (2), (MAX_ANSWERS,)."""
     return floats_at(a.answers + WORD * MAX_ANSWERS * (ANSWER_ROWS * place + which), MAX_ANSWERS)
 
 

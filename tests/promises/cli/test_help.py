@@ -22,7 +22,7 @@ from livebass.cli import help as handbook
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
 from livebass.lab.bench import waveform_figures
-from livebass.lab.bench.fidelity import KINDS
+from livebass.lab.bench.fidelity import KINDS, THINNEST, VISITED
 from livebass.lab.bench.live import MAX_WAVEFORM, PROMISED
 from livebass.model.keymap import COUNTING
 from livebass.rows.techniques import FUNCTION_ROWS, ON_STRING, TECHNIQUE_ROWS
@@ -268,9 +268,21 @@ def test_readme_and_handbook_say_of_waveforms_what_was_measured() -> None:
     cost = " ".join(handbook.page_text("cost").split())
     assert f"{MAX_WAVEFORM[0]:g} dB in the median and {MAX_WAVEFORM[1]:g} dB for the worst pluck" in cost
     medians = [each[0] for kind in PROMISED for each in waveform_figures.WAVEFORMS[kind].values()]
-    assert max(medians) <= MAX_WAVEFORM[0] and "All medians over frets with loss keep to this" in cost
+    assert max(medians) <= MAX_WAVEFORM[0] and "The medians of the first two rows keep to this" in cost
+    assert list(KINDS)[:2] == list(PROMISED)
     worst = [each[1] for each in waveform_figures.WAVEFORMS["frets with loss"].values()]
     assert min(worst) > MAX_WAVEFORM[1] and "The worst plucks do not" in cost
+    more = [1 + list(KINDS).index(kind) for kind in ("guests", "straight", "thin")]
+    assert more == [4, 5, 6] and "the strokes of the fourth to sixth row, which hit the frets more often" in cost
+    over = {
+        (kind, quality): median[0] - harder
+        for kind, harder in waveform_figures.HARDER.items()
+        for quality, median in waveform_figures.WAVEFORMS[kind].items()
+    }
+    assert list(waveform_figures.HARDER) == list(KINDS)[3:6]
+    assert [key for key, more in over.items() if more > 0] == [("thin", "live")]
+    assert 3 < 10 ** (over["thin", "live"] / 20) < 4 and "only `live` on thin strings is three to four times" in cost
+    assert set(VISITED) | {THINNEST} == set(re.findall(r"`([a-z-]+)`", " ".join(waveform_figures.CALLED.values())))
 
 
 def test_controllers_explains_every_technique_and_controller(run: Run) -> None:

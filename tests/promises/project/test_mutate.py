@@ -45,6 +45,14 @@ for k in (0, 1, 2, 3, 4, 0):
     print(first(7.0), second(7.0), second(11.0))
 """
 
+KEPT = """
+import support.source
+from livebass.kernels.machine import mutant, sample
+print(sample.share(7.0), end=" ")
+mutant.NUMBER.value = 0
+print(sample.share(7.0), sum(sample.share.stats.cache_hits.values()))
+"""
+
 
 def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -> None:
     tool = load("mutate")
@@ -69,6 +77,7 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
     ]  # fmt: skip
     assert [file.name for file in changed] == ["library.py", "stop.py"]
     assert [file.read_bytes() for file in store.sources()] == before
+    assert {(mutant.file, mutant.what) for mutant in found.values()} >= {*tool.HARMLESS}
     assert not any(mutant.what.startswith("MAX_STRINGS") for mutant in found.values()), "a size of memory"
 
 
@@ -85,3 +94,18 @@ def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
     assert ran.stdout.splitlines() == [
         default, "18.0 7.0 10.0", "40.0 7.0 12.0", "24.0 8.0 11.0", default, default
     ], ran.stderr  # fmt: skip
+
+
+def test_a_kernel_that_numba_keeps_on_disk_takes_the_mutant_of_the_process_that_loads_it(tmp_path: Path) -> None:
+    tool, tree = load("mutate"), tmp_path / "tree"
+    tool.copy_of_the_tree(tree, {})
+    (tree / "livebass/kernels/machine/sample.py").write_text(KERNELS)
+    said = []
+    for mutant in ("0", "1", "2"):
+        ran = subprocess.run(
+            [sys.executable, "-c", KEPT], env=tool.environment(tree) | {"LIVEBASS_MUTANT": mutant},
+            cwd=tree, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        said.append((ran.stdout.split(), ran.stderr))
+    assert [words[:2] for words, _ in said] == [["8.0", "8.0"], ["6.0", "8.0"], ["8.0", "8.0"]], said
+    assert [words[2] for words, _ in said] == ["0", "1", "1"], "compiled once"

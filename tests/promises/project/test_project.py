@@ -6,6 +6,7 @@ import ast
 import re
 import shutil
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -82,8 +83,25 @@ def test_the_table_of_extras_has_all_for_users_and_texts_install_them_editable()
 
 
 def test_the_statements_of_the_paper_that_hold_are_as_measured() -> None:
-    measured = re.findall(r"(\d+) of (\d+) statements", (ROOT / "docs" / "notes" / "claims.md").read_text("utf-8"))[0]
-    assert re.findall(r"(\d+) of (\d+) statements", README) == [measured]
+    """README, handbook and notes name those of figures.py, which tests/unit/paper/test_claims.py measures."""
+    from livebass.lab.paper.claims import expect, figures
+    from livebass.lab.paper.claims.check import CLAIMS
+
+    def named(ids: Sequence[str], verb: str) -> str:
+        return f"{' and '.join(f'`{name}`' for name in ids)} {verb}{'s' * (len(ids) == 1)}"
+
+    count = sum(claim.bound not in (expect.AXIS, expect.SETUP) for claim in CLAIMS.values())
+    hold = count - len(figures.FAILING)
+    notes, handbook = (
+        " ".join(file.read_text("utf-8").split())
+        for file in (ROOT / "docs/notes/claims.md", ROOT / "livebass/help/studies.md")
+    )
+    for text in (README, notes):
+        assert re.findall(r"(\d+) of (\d+) statements", text) == [(str(hold), str(count))]
+    assert f"checks {count} statements" in handbook and f"{hold} hold;" in handbook
+    for text in (notes, handbook):
+        assert named(figures.FAILING, "fail") in text and all(f"`{name}`" in text for name in figures.MISSED)
+    assert f"pluck alone (`--plucks 0`), {named(figures.FAILING_ALONE, 'fail')}, and all others hold" in notes
 
 
 def test_the_folder_for_a_plugin_is_that_of_the_archive() -> None:

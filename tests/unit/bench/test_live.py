@@ -215,8 +215,14 @@ def test_the_notes_that_are_compared_represent_all() -> None:
 
 
 def test_guests_play_the_notes_of_their_strokes() -> None:
-    """Each stroke on each string of two basses; the player of a note plucks with it, and straight up for that."""
-    notes = fidelity.guest_notes()
+    """Each stroke on each string of two basses; the player of a note plucks with it, and straight up for that.
+
+    And straight up on the highest strings of six.
+    """
+    kinds = {kind: [n for n in fidelity.guest_notes() if fidelity.guest_kind(n) == kind] for kind in fidelity.KINDS}
+    assert {(n.preset, n.string, n.stroke) for n in kinds["thin"]} == {("six-string", i, "straight") for i in (4, 5)}
+    notes = [*kinds["guests"], *kinds["straight"]]
+    assert {n.preset for n in notes} == {*fidelity.VISITED}
     assert {(n.string, n.stroke) for n in notes} == {(i, stroke) for i in range(4) for stroke in fidelity.STROKES}
     bass = load_preset("jazz-finger")
     one = [replace(FEW[1], rate=RATE, stroke=stroke) for stroke in ("", *fidelity.STROKES)]

@@ -276,6 +276,19 @@ def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
     """As on the audio thread, which flushes denormals to zero: a tail must not differ there."""
     soft = np.array([1e-39, -1e-40, 2e-38, 0.5, 0.0])
     assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
+    assert np.isnan(single(np.array([np.nan]))).all()
+    strings = single(np.array([[2.5e-38, 2.5e-38, 0.5], [-2.4e-38, 2.5e-38, 0.25]]))
+    assert mix_strings(strings).tolist() == [0.0, np.float32(5e-38), 0.75]
+
+
+@pytest.mark.parametrize("seed", quick(range(100), range(4)))
+def test_a_take_has_every_bit_of_its_render(seed: int, tmp_path: Path) -> None:
+    """Hands that end one string's sound end the floor that lies under all, and the softest sample is silent in both."""
+    mode = list(MODES)[seed % len(MODES)]
+    messages = performance(np.random.default_rng([seed, *map(ord, mode)]), mode, RATE // 2, 60)
+    sound, _ = live(tmp_path / "take.mid", messages, 3 * RATE // 2)
+    again = rendered(read_score(tmp_path / "take.mid", RATE), len(sound))
+    assert sound.tobytes() == again.tobytes()
 
 
 def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:

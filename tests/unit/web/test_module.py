@@ -21,7 +21,7 @@ import livebass
 from livebass import QUALITIES, render_to_array, score_of
 from livebass.compiling import X86
 from livebass.engine.engine import Engine
-from livebass.engine.render import mix_strings
+from livebass.engine.render import mix_strings, single
 from livebass.model.instrument import Effects, Instrument, Response
 from livebass.plugin.instrument import image_file
 from livebass.rows.arrays import Floats
@@ -62,7 +62,7 @@ def natively(preset: str | Instrument, score: Score) -> Floats:
     """As in `livebass render`, cut at full scale, like the page's."""
     bass = load_preset(preset) if isinstance(preset, str) else preset
     sound = render_to_array(bass, score, QUALITIES["live"], tail=1.0)
-    return np.clip(mix_strings(sound.astype(np.float32)), -1, 1)
+    return np.clip(mix_strings(single(sound)), -1, 1)
 
 
 def test_the_module_is_small_and_imports_nothing() -> None:

@@ -8,13 +8,17 @@ from support.costs import quick
 from support.levels import db, rms
 from support.live import QUICK, offline, played_ahead, synth_and_device
 from support.messages import messages_of, send
-from support.own_basses import load_preset
+from support.motion import mode_speeds, scale_motion
+from support.own_basses import FRETTED, PLAYED, load_preset
+from support.played import event
 from support.scores import busy_score, play_in_blocks
 from support.strings import even
 
 from livebass import QUALITIES, Instrument, Score, render_to_array, score_of
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
+from livebass.engine.prepare import play_frames
+from livebass.kernels.string.records import HAND, PLUCK
 from livebass.live.thread.block import is_still
 from livebass.rows.arrays import Floats
 from livebass.rows.units import OFF
@@ -171,6 +175,23 @@ def test_a_note_that_has_all_but_died_ends_with_less() -> None:
     assert 0.0 < faint < 0.1 * loud
 
 
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize(("motion", "part"), [(0.3, 1.0), (0.15, 1.0), (0.075, 0.5), (0.015, 0.1)])
+def test_a_hand_knocks_alike_on_all_notes_but_faint_ones(preset: str, motion: float, part: float) -> None:
+    """Its full level from 0.15 of a medium pluck's speed on, and below that in proportion to the string's."""
+    engine = Engine(even(preset, release_noise=0.0), QUALITIES["live"], RATE)
+    voice, ops = engine.voices[1], engine.pool.records[1]
+    play_frames(voice, ops, event(PLUCK, apex=1e-4, place=0.6), np.zeros(RATE // 5))
+    wanted, slot = motion * float(voice.record["medium"][0]), voice.slots[int(voice.record["slot"][0])]
+    speed = float(np.linalg.norm(mode_speeds(voice, int(slot["active"]))) / np.sqrt(ops[0]["length"]))
+    scale_motion(slot, wanted / speed)
+    release = event(HAND, value=90.0)
+    release["frame"] = RATE // 5
+    play_frames(voice, ops, release, np.zeros(1))
+    knock = float(voice.record["knock"]["speed"][0] / voice.record["landing_noise"][0])
+    assert knock == pytest.approx(part, rel=0.02)
+
+
 def test_noise_ends() -> None:
     """No trace is left in the string: filters and noises are at rest, and the string is still."""
     engine = Engine(even(**NOISES), QUICK, RATE)
@@ -201,33 +222,35 @@ def test_a_displacement_sensor_feels_noise_as_loud_as_its_keys_say() -> None:
 
 
 FLOOR = {"floor_noise": -65.0}
+PLUCKED = (PLAYED[0], *FRETTED[1:])  # levels refer to a medium pluck; slap strikes its low strings
 
 
-def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, **player: float) -> Floats:
+def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, preset: str = "jazz-finger") -> Floats:
     """The floor alone in a performance."""
     sounds = []
-    for made in (even(**FLOOR, **player), even(**player)):
+    for made in (even(preset, **FLOOR), even(preset)):
         engine = Engine(made, QUICK, RATE)
         send(engine, messages)
         sounds.append(engine.process(round(seconds * RATE)))
     return np.asarray((sounds[0] - sounds[1]).sum(axis=0))
 
 
-def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
-    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
-    noise = floor_of([(0, 0x90, 38, 64)], 2.0)[RATE // 2 :]
+@pytest.mark.parametrize("preset", PLUCKED)
+def test_the_floor_is_as_far_under_a_medium_note_as_it_says(preset: str) -> None:
+    medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
+    noise = floor_of([(0, 0x90, 38, 64)], 2.0, preset)[RATE // 2 :]
     assert abs(db(rms(noise) / rms(medium)) + 65.0) < 2.0
-    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0)[RATE // 2 :]
+    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0, preset)[RATE // 2 :]
     assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
     assert parts[0] > 0.5 and parts[1] < 0.3
 
 
-@pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_the_hum_is_that_of_the_mains(mains: float) -> None:
+@pytest.mark.parametrize(("preset", "mains"), zip(PLUCKED, (50.0, 60.0, 50.0), strict=True))
+def test_the_hum_is_that_of_the_mains(preset: str, mains: float) -> None:
     """As far under a medium note as it says; nothing lies between its harmonics."""
-    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
-    once, never = even(hum=-60.0, mains=mains), even()
+    medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
+    once, never = even(preset, hum=-60.0, mains=mains), even(preset)
     sounds = []
     for made in (once, never):
         engine = Engine(made, QUICK, RATE)
@@ -266,12 +289,13 @@ def test_the_floor_lasts_through_rests_and_ends() -> None:
 
 
 def test_a_panic_takes_the_floor_along() -> None:
-    """In blocks of any sizes; a string that sounds before or after keeps the floor as usual."""
+    """In blocks of any sizes, whichever string it ends; one that sounds before or after keeps the floor as usual."""
     panic, note = (
         [(0, 0x90, 40, 100), (RATE, 0xB0, 120, 0)],
         [(RATE + 200, 0x90, 45, 100), (RATE + 30200, 0x80, 45, 64)],
     )
-    for messages, ends in ((panic, True), (panic + note, False)):
+    of_one_string = [(0, 0xB0, 126, 4), (0, 0x92, 40, 100), (RATE, 0xB2, 120, 0)]  # a channel a string: the A
+    for messages, ends in ((panic, True), (panic + note, False), (of_one_string, True)):
         once = []
         for size in (RATE, 777):
             engine = Engine(even(**FLOOR), QUICK, RATE)

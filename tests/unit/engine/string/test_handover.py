@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.own_basses import FRETTED
+from support.played import Played, event
 
 from livebass.compiling import jit
 from livebass.kernels.string import handover
-from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, WORK
+from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, PLUCK, ROW, WORK
 from livebass.rows.arrays import Floats
 
 MODES = 8 * BLOCK
@@ -70,3 +72,25 @@ def test_sums_lose_no_digits_to_differences(split: int, near: float) -> None:
         found = working["q" if k % 2 == 0 else "p"][2 + k // 2, :MODES]
         off = np.abs(found - parts.sum(axis=1)) / np.abs(parts).max(axis=1)
         assert off.max() < near, k
+
+
+@jit
+def corner(working, operators, at, longer):
+    handover.fill_corner(working[0].q, working[0].p, operators[at], operators[longer])
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("fret", [3, 12])
+def test_a_string_that_a_finger_held_was_in_balance(preset: str, fret: int) -> None:
+    """It is stiff, and one force at the finger holds it: on each mode, in proportion to the shape there."""
+    string, count = Played(preset, 0, "reference"), 200
+    working, length = np.zeros(1, WORK), float(string.ops[0]["length"])
+    corner(working, string.ops, fret, 0)
+    string.play(event(PLUCK, apex=1e-4, place=0.7))
+    omega = string.voice.slots[int(string.record["slot"])]["u"]["omega"][:count]
+    assert omega[-1] > 1.2 * count * omega[0], "it is stiff"
+    at_finger = np.sin(np.arange(1, ROW + 1) * np.pi / length * (length - float(string.ops[fret]["length"])))
+    shape, clear = working["p"][0], np.abs(at_finger[:count]) > 0.1
+    force = (omega**2 * shape[:count] / at_finger[:count])[clear]
+    assert np.abs(force / force[0] - 1).max() < 0.03
+    assert 0.9 < np.sqrt(2 / length) * at_finger @ shape < 1.0, "for a corner of 1 m"

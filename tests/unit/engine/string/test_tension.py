@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from support.motion import scale_motion
+from support.own_basses import PLAYED, load_preset
 from support.played import RATE, Played, event
+from support.strings import even, far_from_frets
 
+from livebass import QUALITIES
+from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
-from livebass.kernels.string.records import EVENT, HAND, PLUCK
+from livebass.kernels.bass.instrument import BEYOND
+from livebass.kernels.string.records import BLOCK, EVENT, HAND, PLUCK
 
 LOOK = 64  # frames
 MINIMUM = 1e-7  # of the tension
@@ -56,3 +64,64 @@ def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) ->
     string.frame = int(string.record["frame"])
     pluck(string, 1e-3)
     assert not slot["steady"]
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize("i", [0, 3])
+def test_a_wide_swing_is_sharp_as_a_stretched_string_is(preset: str, i: int) -> None:
+    """Duffing's law: swinging in its fundamental by A alone, the string gains 3 E A k^4 A^2 / (16 l mu omega) rad/s."""
+    bass, swing, seconds = even(far_from_frets(load_preset(preset), axes_turned=0.0)), 4e-3, 0.25
+    slack = replace(bass, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+    ends = []
+    for instrument in (bass, slack):
+        engine = Engine(instrument, QUALITIES["studio"], RATE)
+        voice, ops = engine.voices[i], engine.pool.records[i]
+        play_frames(voice, ops, event(PLUCK, apex=1e-3, place=0.4), np.zeros(round(0.02 * RATE)))
+        slot = voice.slots[int(voice.record["slot"][0])]
+        scale_motion(slot, 0.0)
+        low = slot["u"]["low"]
+        low["q"][0] = swing
+        play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(round(seconds * RATE)))
+        omega = float(slot["u"]["omega"][0])
+        ends.append(complex(low["q"][0], -low["pace"][0] * low["p"][0] / omega))
+    string, loss = bass.strings[i], 2 * np.log(swing / abs(ends[1]))
+    stretch = string.axial_stiffness / (2 * (string.length + BEYOND))
+    square = swing**2 * (1 - np.exp(-loss)) / loss  # on average
+    wanted = 3 / 8 * stretch * (np.pi / string.length) ** 4 * square / (string.linear_density * omega)
+    gained = np.angle(ends[0] / ends[1]) / seconds
+    assert wanted * seconds > 0.1 and abs(gained / wanted - 1) < 0.02, (gained, wanted)
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_only_modes_that_turn_by_less_than_a_radian_a_frame_are_stretched(preset: str) -> None:
+    """In whole blocks, by their own frequencies: a stiff string has fewer of them than an ideal one."""
+    made, ends = Engine(even(far_from_frets(load_preset(preset))), QUALITIES["live"], RATE), []
+    for part in (1.0, 0.0):
+        voice = made.another().voices[0]
+        pluck = event(PLUCK, apex=2e-3, place=0.8, width=1e-3, seconds=1e-5)
+        play_frames(voice, made.pool.records[0], pluck, np.zeros(RATE // 20))
+        voice.record["stretch"] *= part
+        play_frames(voice, made.pool.records[0], pluck[:0], np.zeros(1))
+        slot = voice.slots[int(voice.record["slot"][0])]
+        ends.append(modal_row(slot["u"], "p")[: int(slot["active"])])
+    stretched = 1 + int(np.flatnonzero(ends[0] != ends[1])[-1])
+    omega = slot["u"]["omega"]
+    assert stretched % BLOCK == 0 and omega[stretched - 1] < RATE < omega[stretched + BLOCK - 1]
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_the_tension_grows_by_a_fifth_at_most(preset: str) -> None:
+    """However far the string swings: the kick of a frame is that of a fifth of the tension."""
+    made, ends = Engine(even(far_from_frets(load_preset(preset))), QUALITIES["live"], RATE), []
+    for much in (1e9, 0.0):
+        voice = made.another().voices[0]
+        pluck = event(PLUCK, apex=2e-3, place=0.7)
+        play_frames(voice, made.pool.records[0], pluck, np.zeros(RATE // 20))
+        voice.record["stretch"] = much
+        play_frames(voice, made.pool.records[0], pluck[:0], np.zeros(1))
+        low = voice.slots[int(voice.record["slot"][0])]["u"]["low"]
+        ends.append((low["pace"][:8] * low["p"][:8], low["q"][:8].copy()))
+    op = made.pool.records[0, 0]
+    wave = np.arange(1, 9) * np.pi / float(op["length"])
+    wanted = -0.2 * (float(op["speed"]) * wave) ** 2 * ends[1][1] / RATE
+    assert ends[0][0] - ends[1][0] == pytest.approx(wanted, rel=1e-3)

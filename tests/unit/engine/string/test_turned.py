@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from support.agreement import assert_agree
 from support.costs import quick
+from support.messages import send_now
 from support.motion import free_modes
-from support.strings import case_b, g_neck, g_string, oblique, with_own_across
+from support.own_basses import FRETTED, PLAYED, load_preset
+from support.played import event
+from support.strings import case_b, even, far_from_frets, g_neck, g_string, oblique, with_own_across
 
+from livebass import QUALITIES
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import solve_trial
+from livebass.kernels.string.records import BEND, LOW, PLUCK, THERE
 from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import Speaking, speaking
 from livebass.model.trial import Trial
 from livebass.rows.arrays import Floats
+from livebass.rows.parts import EXCHANGE_EVERY
 
 MODES = 60
+RATE = 48000
+FEW = 24  # modes, of a string's lowest
 
 
 def turn(s: Speaking, degrees: float) -> Speaking:
@@ -83,3 +95,100 @@ def test_no_exchange_adds_energy(lossless: bool) -> None:
     energy = motion.energy_j / motion.energy_j[0]
     assert np.diff(energy).max() < 1e-11
     assert energy[-1] > (0.9999 if lossless else 0.5)
+
+
+# On presets that people play
+
+
+def plucked(preset: str, seconds: float, semitones: float = 0.0, i: int = 0) -> tuple[Voice, np.void]:
+    """String `i`, `seconds` after a pluck along axis a, soon bent, clear of its frets; and its operator."""
+    bass = even(far_from_frets(load_preset(preset)))
+    engine = Engine(bass, QUALITIES["live"], RATE)
+    voice, ops = engine.voices[i], engine.pool.records[i]
+    pull = event(PLUCK, apex=5e-4, place=0.75, angle=bass.necks[i].axes_turned)
+    bend = event(BEND, value=2 ** (semitones / 12))
+    bend["frame"] = RATE // 100
+    play_frames(voice, ops, np.concatenate([pull, bend]), np.zeros(round(seconds * RATE)))
+    return voice, ops[0]
+
+
+def amplitudes(w: np.void) -> Floats:
+    """q - i (dq/dt + sigma q) / omega of the lowest modes of u or v, (FEW,)."""
+    q, p, pace = (modal_row(w, name)[:FEW] for name in ("q", "p", "pace"))
+    return np.asarray(q - 1j * pace * p / w["omega"][:FEW])
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize("semitones", [2.0, 0.0])
+def test_bent_or_not_a_pluck_along_an_axis_stays_on_it(preset: str, semitones: float) -> None:
+    """Frequencies and exchange rise together with the tension, so that a bend does not turn the axes."""
+    voice, _ = plucked(preset, 0.6, semitones)
+    slot = voice.slots[int(voice.record["slot"][0])]
+    u, v, turned = amplitudes(slot["u"]), amplitudes(slot["v"]), load_preset(preset).necks[0].axes_turned
+    across = np.cos(turned) * v - np.sin(turned) * u
+    along = np.abs(np.cos(turned) * u + np.sin(turned) * v)
+    loud = along > 0.03 * along.max()
+    assert loud.sum() > 3 and (np.abs(across) < 0.01 * along)[loud].all(), (np.abs(across) / along)[loud]
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_a_note_by_midi_moves_along_its_axes_from_its_release_on(preset: str) -> None:
+    """No exchange is owed from the time that a finger held the string: the motion of `simulate`, not one 4 ms ahead."""
+    bass = far_from_frets(even(load_preset(preset)))
+    bass = dataclasses.replace(
+        bass,
+        strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings),
+        player=dataclasses.replace(bass.player, answering="off"),
+    )
+    engine, frames = Engine(bass, QUALITIES["live"], RATE), 600 * EXCHANGE_EVERY
+    send_now(engine, (0x90, bass.strings[-1].open_note, 80))
+    voice, turned = engine.voices[-1], bass.necks[-1].axes_turned
+    slot = voice.slots[int(voice.record["slot"][0])]
+
+    def along() -> list[Floats]:
+        u, v = amplitudes(slot["u"]), amplitudes(slot["v"])
+        return [np.cos(turned) * u + np.sin(turned) * v, np.cos(turned) * v - np.sin(turned) * u]
+
+    while not slot["active"]:
+        engine.process(1)
+    engine.process(EXCHANGE_EVERY - 1)
+    assert slot["turned_for"] == 0 == slot["owed"]
+    begun = along()
+    engine.process(frames)
+    s = dataclasses.replace(speaking(bass.strings[-1], bass.necks[-1], 0), axes_turned=0.0)
+    for found, first, across in zip(along(), begun, (False, True), strict=True):
+        sigma = modes.dampings(s, FEW, across=across)
+        omega = np.sqrt((2 * np.pi * modes.frequencies(s, FEW, across=across)) ** 2 - sigma**2)
+        wanted = first * np.exp((1j * omega - sigma) * frames / RATE)
+        assert np.abs(found - wanted).max() < 2e-3 * np.abs(np.concatenate(begun)).max(), across
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_an_exchange_is_exact(preset: str) -> None:
+    """It is the exponential of the coupled losses and rates, to the last digits."""
+    voice, op = plucked(preset, 0.02)
+    slot, n = voice.slots[int(voice.record["slot"][0])], int(op["turned"])
+    rows = np.array((ctypes.c_double * (4 * n)).from_address(int(op["turning"]))[:]).reshape(4, n)
+    assert n == LOW and np.abs(rows).max(axis=1).min() > 0.1, "all of them count"
+    found = [slot["flow"][2 * k] + 1j * slot["flow"][2 * k + 1] for k in range(3)]
+    for j, (rate, of_u, of_v, across) in enumerate(rows.T):
+        wanted = expm(EXCHANGE_EVERY / RATE * np.array([[-of_u, 1j * rate - across], [1j * rate - across, -of_v]]))
+        for k, number in enumerate((wanted[0, 0], wanted[1, 1], wanted[0, 1])):
+            assert abs(found[k][j] - number) < 1e-15 + 1e-10 * abs(number.imag), (j, k)
+
+
+@pytest.mark.parametrize("preset", [name for name in FRETTED if name.startswith("slap")])
+@pytest.mark.parametrize("key", [28, 33, 31])
+def test_nothing_moves_v_while_a_thumb_presses_the_string_straight_down(preset: str, key: int) -> None:
+    """An exchange then would put energy into the thumb. Once it is off, the exchanges owed set in."""
+    engine = Engine(even(load_preset(preset)), QUALITIES["live"], RATE)
+    send_now(engine, (0x90, key, 100))
+    voice = engine.voices[0 if key < 33 else 1]
+    pressed = 0
+    for _ in range(round(0.05 * RATE)):
+        engine.process(1)
+        slot = voice.slots[int(voice.record["slot"][0])]
+        if slot["thumb"]["on"] == THERE:
+            pressed += 1
+            assert slot["v_active"] == 0 or not np.abs(amplitudes(slot["v"])).any()
+    assert pressed > 4e-3 * RATE and np.abs(amplitudes(slot["v"])).max() > 1e-5

@@ -1,0 +1,95 @@
+"""Idle strings that answer on basses that people play: sign and reach by brute force, and the hands that mute them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from support.coupled import Coupled
+from support.levels import db
+from support.messages import send_now
+from support.own_basses import FRETTED, load_preset
+from support.played import event
+from support.strings import even, far_from_frets
+
+from livebass import QUALITIES
+from livebass.engine.engine import Engine
+from livebass.engine.prepare import Voice, modal_row, play_frames
+from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
+from livebass.rows.arrays import Floats
+
+RATE = 48000
+
+
+@cache
+def prepared(preset: str, free: bool = True, when: str = "always") -> Engine:
+    """A bass whose open strings answer; `free` as brute force has it: linear, one direction, clear of the frets."""
+    bass = even(load_preset(preset))
+    if free:
+        bass = far_from_frets(bass, axes_turned=0.0, stiffness_across=1.0, longer_across=0.0)
+        bass = replace(bass, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+    return Engine(replace(bass, player=replace(bass.player, answering=when)), QUALITIES["live"], RATE)
+
+
+def complex_answers(voice: Voice, idle: int) -> Floats:
+    """q - i (dq/dt + sigma q) / omega of the answering modes of string `idle`, silent ones too."""
+    a, n, found = voice.string["answers"][0], int(voice.record["answering"][0]), np.zeros(MAX_ANSWERS, complex)
+    found[a["line"][:n]] = a["q"][:n] - 1j * a["y"][:n]
+    return np.asarray(found[: int(a["count"])][a["string"][: int(a["count"])] == idle])
+
+
+def both(preset: str, sounding: int, fret: int, idle: int, seconds: float) -> tuple[Floats, Floats]:
+    """Answers (modes,) of the engine and of brute force `seconds` after a pluck."""
+    engine = prepared(preset).another()
+    voice, ops = engine.voices[sounding], engine.pool.records[sounding]
+    place = float(ops[fret]["length"]) - 0.15
+    pluck = np.concatenate([event(IDLE, value=1 << idle), event(PLUCK, fret, apex=1e-3, place=place)])
+    play_frames(voice, ops, pluck, np.zeros(int(voice.record["pull"][0]) + 2))
+    u = voice.slots[int(voice.record["slot"][0])]["u"]
+    brute = Coupled(engine.instrument, sounding, fret, [idle])
+    q, p, pace = (modal_row(u, name)[: brute.modes] for name in ("q", "p", "pace"))
+    still = np.zeros(brute.modes), np.zeros(brute.modes)
+    wanted = brute.phasors((q, pace * p - u["sigma"][: brute.modes] * q), still, seconds)[0, 0]
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(round(seconds * RATE)))
+    found = complex_answers(voice, idle)[: brute.modes]
+    return found, wanted[: len(found)]
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize(("sounding", "fret", "idle"), [(0, 7, 1), (1, 7, 0), (2, 2, 1)])
+def test_strings_answer_in_phase_and_from_afar(preset: str, sounding: int, fret: int, idle: int) -> None:
+    """All that is within 20 dB of the loudest answer: its level within 5 dB, its phase within 25 degrees.
+
+    B and its partials on the E string lie 7 Hz and more from those of the A string, which answers all the same.
+    """
+    found, wanted = both(preset, sounding, fret, idle, 0.5)
+    strong = np.abs(wanted) > 0.1 * np.abs(wanted).max()
+    both_ways = np.vdot(wanted[strong], found[strong])
+    size = [float(np.linalg.norm(answers[strong])) for answers in (found, wanted)]
+    assert abs(db(size[0] / size[1])) < 5 and both_ways.real > 0.9 * size[0] * size[1], (size, both_ways)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_a_pickup_hears_the_speed_of_an_answer(preset: str) -> None:
+    """Of q = exp(-sigma t) cos(omega t) that is -sigma q + omega y."""
+    for voice in prepared(preset, free=False).voices:
+        a = voice.string["answers"][0]
+        heard = np.flatnonzero((a["omega"] > 0) & (np.abs(a["of_y"]) > 1e-3 * np.abs(a["of_y"]).max()))
+        damped = a["of_q"][heard] / a["of_y"][heard]
+        assert heard.size > 20 and np.allclose(damped, -a["sigma"][heard] / a["omega"][heard], rtol=1e-5)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_hands_mute_the_idle_strings_only_as_they_pass(preset: str) -> None:
+    """They take 60 ms to another fret; after that what is left of an answer rings on."""
+    engine = prepared(preset, free=False, when="held").another()
+    send_now(engine, (0x90, 9, 100), (0x90, 40, 100))
+    engine.process(RATE)
+    send_now(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 41, 100))
+    level = []
+    for seconds in (0.01, 0.04, 0.03, 0.06):
+        engine.process(round(seconds * RATE))
+        level.append(db(float(np.linalg.norm(complex_answers(engine.voices[1], 0)))))
+    assert level[1] < level[0] - 10 and level[2] > level[1] + 3, np.diff(level)
