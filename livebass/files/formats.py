@@ -12,7 +12,7 @@ from livebass import __version__
 from livebass.rows.bounds import refusal
 from livebass.rows.techniques import RENAMED as SYMBOLS
 
-SOUND = 1  # of the engine: a new number, and a line under "Sound" in the changelog, if a bass sounds otherwise
+SOUND = 2  # of the engine: a new number, and a line under "Sound" in the changelog, if a bass sounds otherwise
 FORMATS: dict[str, int] = {"preset": 1, "key map": 1, "settings": 1, "take": 1, "link": 1}
 KEY = "format"
 # By kind, keys that had another name in older versions: {old: new}, places such as "neck.relief"

@@ -33,10 +33,13 @@ def test_another_sound_has_another_number() -> None:
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_what_a_version_kept_opens_and_sounds_as_it_did(version: str) -> None:
+    """Its sounds are compared as long as the engine's sound has the same number."""
     wanted = json.loads((KEPT / version / kept_files.DIGESTS).read_text("utf-8"))
     with closing(kept_files.Opened(KEPT / version)) as opened:
         found = opened.digests()
     assert found["numbers"] == wanted["numbers"]
+    if wanted.get("sound", 1) != SOUND:
+        return  # the changelog says how this engine sounds otherwise
     for level, sounds in found["sounds"].items():
         if level not in wanted["sounds"]:
             pytest.skip(f"needs a processor of a kind that version {version} kept: {', '.join(wanted['sounds'])}")
