@@ -250,7 +250,8 @@ def alone(note, j, across):
 @shared
 def rings_at(nu, decay):
     """The frequency (Hz) at which a mode of eigenfrequency `nu` (Hz) rings, 0 if it creeps; and its `decay`."""
-    return np.sqrt(np.maximum(nu * nu - decay * decay, 0.0)), decay
+    square = nu * nu - decay * decay
+    return np.sqrt(0.5 * (square + abs(square))), decay
 
 
 @shared
@@ -279,7 +280,7 @@ def nearest(numbers, first, count, at):
         row = first + 3 * i
         steep = moving(numbers, row, at)[2]
         more = (steep > steepest) * 1.0
-        steepest = np.maximum(steep, steepest)
+        steepest = steepest + more * (steep - steepest)
         place = place + more * (i - place)
         f = f + more * (numbers[row] - f)
         quality = quality + more * (numbers[row + 1] - quality)

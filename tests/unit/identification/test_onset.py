@@ -89,9 +89,9 @@ def find_onset(case: str, folder: Path) -> Identified:
 def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
     _, place, rounding, pickups, tone = CASES[case]
     onset = find_onset(case, tmp_path).onset
-    assert onset is not None and onset.misfit < 2.0 < 8.0 < onset.before
+    assert onset is not None and onset.misfit < 3.5 < 8.0 < onset.before
     assert onset.place == pytest.approx(place, abs=3e-3)
-    assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=4e-3)
+    assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=6e-3)
     levels = [p.level for p in onset.pickups]
     assert levels[1] / levels[0] == pytest.approx(0.8, rel=0.05)
     # tone or rounding, which dim high partials alike: the preset decides, with a doubt
