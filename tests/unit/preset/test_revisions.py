@@ -80,9 +80,10 @@ def test_tables_and_places_say_the_same(name: str) -> None:
 @pytest.mark.parametrize(
     "name, says",
     [
-        ("slap@0", "slap has revision 1 only"), ("slap@2", "slap has revision 1 only"), ("slap@", "revision 1 only"),
-        ("slap@1.0", "revision 1 only"), ("slap@-1", "revision 1 only"), ("slapp@1", "no shipped preset"),
-        ("motown@1", "no shipped preset"), ("@1", "no shipped preset"),
+        ("paper-g@0", "paper-g has revision 1 only"), ("paper-g@2", "paper-g has revision 1 only"),
+        ("paper-g@", "revision 1 only"), ("paper-g@1.0", "revision 1 only"), ("paper-g@-1", "revision 1 only"),
+        ("slap@99", "slap has revisions 1 to "), ("slapp@1", "no shipped preset"), ("motown@1", "no shipped preset"),
+        ("@1", "no shipped preset"),
     ],
 )  # fmt: skip
 def test_what_is_no_revision_is_said(name: str, says: str) -> None:
