@@ -1,11 +1,13 @@
 """Makes the tables of real basses from recordings: livebass/lab/comparison/ranges.csv and notes.csv.
 
     python tools/real_notes.py FOLDER
+    python tools/real_notes.py FOLDER --rows floor_     add new rows to ranges.csv
 
 FOLDER holds one folder of single notes for each section of tools/real_notes.toml, which says where they come from.
 ranges.csv has a line for each row of `livebass compare` and technique: the lowest and the highest median of a bass, and
 the number of basses and notes behind them. A bass with one dynamic counts as hard, unless it is played with fingers:
-there are enough hard notes of these. notes.csv has the figures of each note that is in the public domain.
+there are enough hard notes of these. notes.csv has the figures of each note that is in the public domain. `--rows`
+writes the rows of ranges.csv whose keys begin so, by the recordings that FOLDER has, and leaves all others.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from livebass.lab.comparison.summary import Bass, basses, distances, figures
 from livebass.lab.comparison.telling import FIGURES, note_row
 
 HERE = Path(__file__).parent
-PLACE = HERE.parent / "livebass" / "comparison"
+PLACE = HERE.parent / "livebass" / "lab" / "comparison"
 FEWEST = 2  # basses behind a range
 LEVELS = {"level", "level_span", "level_growth", "between_rise", "take_level"}
 ATTACK = {"centroid_20", "centroid_fall", "fundamental_fall", "snap", "thump"}
@@ -92,15 +94,24 @@ def main() -> None:
     """Reads the recordings and writes both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="the folder of all recordings")
-    folder = parser.parse_args().folder
+    parser.add_argument("--rows", metavar="BEGINNING", help="only the rows of ranges.csv whose keys begin so")
+    options = parser.parse_args()
+    folder, rows = options.folder, options.rows
     sets = tomllib.loads((HERE / "real_notes.toml").read_text("utf-8"))
-    missing = [name for name in sets if not (folder / name).is_dir()]
-    if missing:
-        parser.error(f"{folder}: has no folder {', '.join(missing)}")
-    found = {name: read(folder, name, info) for name, info in sets.items()}
-    write(PLACE / "notes.csv", ["set", "bass", "technique", "pitch", "rank", *FIGURES], notes(sets, found))
+    there = [name for name in sets if (folder / name).is_dir()]
+    missing = sets.keys() - there
+    if missing and (rows is None or not there):
+        parser.error(f"{folder}: has no folder {', '.join(sorted(missing))}")
+    found = {name: read(folder, name, sets[name]) for name in there}
+    made = list(ranges(sets, found))
+    if rows is None:
+        write(PLACE / "notes.csv", ["set", "bass", "technique", "pitch", "rank", *FIGURES], notes(sets, found))
+    else:
+        made = [line for line in made if line[0].startswith(rows)]
+        with (PLACE / "ranges.csv").open(encoding="utf-8", newline="") as file:
+            made += [line for line in list(csv.reader(file))[1:] if not line[0].startswith(rows)]
     head = ["key", "when", "technique", "low", "high", "basses", "notes"]
-    write(PLACE / "ranges.csv", head, ranges(sets, found))
+    write(PLACE / "ranges.csv", head, sorted(made, key=lambda line: line[:3]))
 
 
 if __name__ == "__main__":

@@ -220,6 +220,8 @@ class PlayerNumbers:
         "knock of a releasing hand, relative to a medium note after 1 s", word=31)  # rms at its loudest
     floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "noise of the electronics, relative to a medium note",
         word=33)  # rms
+    floor_cutoff: float = number(3000.0, "frequency", "100 Hz", "20 kHz",
+        "up to where that noise is level; a preamplifier: 20 kHz", word=42, file=NOT_BELOW_ZERO, of="floor")
     hum: float = number(OFF, "level", "-200 dB", "0 dB", "mains hum of single coils, relative to a medium note",
         word=39)  # rms
     mains: float = number(50.0, "frequency", "40 Hz", "70 Hz", "frequency of that hum", word=40, of="hum")

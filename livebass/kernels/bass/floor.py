@@ -1,5 +1,7 @@
 """The noise floor of a bass: the noise of its electronics and the hum of its coils. It follows the volume but no note.
 
+The noise is white up to `floor_cutoff`: coil, tone pot and cable filter the strings, not the preamplifier behind them.
+
 It belongs to the whole bass, so no string has to stay awake for it. `mix.mix_strings` and `Engine` add it to the lowest
 string's signal, so the strings' signals add up to the mix. It opens with the first frame in which a string is louder
 than OPENS, stays for HOLD after the last such frame, through rests, and fades within FADE: a bass that nobody plays is
@@ -20,7 +22,8 @@ from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
 from livebass.kernels.string.records import CUT, EVENT, GAIN
 
-FLOOR_BAND = (40.0, 3000.0)  # Hz: the coil filters out the rest
+LOWEST = 40.0  # Hz
+DULL = 3000.0  # Hz, the cutoff of instrument files that have none
 HARMONICS, EVEN = 15, 0.3
 HUM_RMS = np.sqrt(0.5 * sum(((1.0 if k % 2 else EVEN) / k) ** 2 for k in range(1, HARMONICS + 1)))  # of `hum_wave`
 OPENS = 1e-6  # of full scale
@@ -48,7 +51,7 @@ def make_floor(f, player, note, rate, gain_pole, seed):
     f.gain_wanted = 1.0
     f.gain_pole = gain_pole
     f.closes = NEVER
-    tune_band(f.band, FLOOR_BAND[0], FLOOR_BAND[1], rate)
+    tune_band(f.band, LOWEST, player.floor_cutoff if player.floor_cutoff >= LOWEST else DULL, rate)
 
 
 @jit

@@ -54,12 +54,15 @@ RETURN = (0.12, 1.5)  # s, in which it rises again
 BURST, BURST_HOP = 0.03, 0.01  # s, of a window on it
 FLOOR = 65.0  # dB below its loudest: fainter bursts count as that
 HISS, MUSIC = (10_000.0, 16_000.0), (30.0, 8000.0)  # Hz
+# Hz, bands of the noise floor
+FLOORS = ((200.0, 500.0), (500.0, 1500.0), (1500.0, 4000.0), (4000.0, 8000.0), HISS)
 FALL = 20.0  # dB, by which a muted note falls
 
 LEVEL_KEYS = ("level_1s", "level_2s")
 BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
 GLIDE_KEYS = tuple(f"glide_{when}" for when in ("early", "late"))
 NOISE_KEYS = ("between_200", "between_500", "between_1500")
+FLOOR_KEYS = tuple(f"floor_{low:.0f}" for low, _ in FLOORS)
 FUNDAMENTAL_KEYS = ("dip", "drift")
 BURST_KEYS = ("bend", "returns")
 HIGH_KEYS = ("high_100", "high_200", "high_400")
@@ -447,6 +450,25 @@ def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
     return found
 
 
+def _floors(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Noise floor from 0.8 to 1.5 s: power per kHz between partials, by band, relative to the note's first 0.3 s."""
+    piece = note.part(*STEADY)
+    window = np.kaiser(piece.size, 12.0)
+    nu, power = _spectrum(piece, note.rate, window)
+    density = power * 2000 / (note.rate * float(np.sum(window**2)))
+    free = _free(note, nu, 0.3)
+    loud = _db(_power(note.part(0.0, BODY)))
+    found: dict[str, Any] = {}
+    for key, (low, high) in zip(FLOOR_KEYS, FLOORS, strict=True):
+        inside = free & (nu >= low) & (nu < high)
+        typical = float(np.median(density[inside])) / math.log(2) if inside.any() else 0.0  # the median of noise
+        if high > 0.47 * note.rate:
+            found[key] = f"rate {note.rate:g} Hz: nothing is known up to {high:g} Hz"
+        else:
+            found[key] = 10 * math.log10(typical) - loud if typical > 0 else "no gap in it, or silence"
+    return found
+
+
 def _lines(note: _Note, rings: Ringing) -> dict[str, Any]:
     """The strongest line between partials from 60 to 700 Hz, 0.3 to 1.3 s, relative to the whole note then."""
     note.until(1.3)
@@ -592,6 +614,7 @@ PARTS = (
     (FUNDAMENTAL_KEYS, _fundamental_later),
     (("wobble",), _wobble),
     ((*NOISE_KEYS, "between_level"), _between),
+    (FLOOR_KEYS, _floors),
     (("lines",), _lines),
     (("hiss",), _hiss),
     (("between_50ms",), _between_at_once),

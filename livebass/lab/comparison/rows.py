@@ -13,7 +13,7 @@ from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
 
-from livebass.lab.comparison.measures import BAND_KEYS, SHARE_KEYS
+from livebass.lab.comparison.measures import BAND_KEYS, FLOOR_KEYS, SHARE_KEYS
 
 SOFT, MEDIUM, HARD, ALL = "soft", "medium", "hard", "all"
 
@@ -81,6 +81,7 @@ def _each(key: str, title: str, unit: str, digits: int = 1) -> list[Row]:
 OCTAVES = ("50-100", "100-200", "200-400", "400-800", "800-1600", "1600-3200", "3200-6400")  # Hz
 BANDS = ("1.5 f0 to 300 Hz", "300 to 700 Hz", "700 to 1500 Hz", "1.5 to 3 kHz", "3 to 6 kHz")
 GAPS = {"between_200": "0.2-0.5", "between_500": "0.5-1.5", "between_1500": "1.5-4"}  # kHz
+FLOORS = ("0.2-0.5", "0.5-1.5", "1.5-4", "4-8", "10-16")  # kHz
 SHARES = ("31", "63", "125", "250", "500", "1k", "2k", "4k", "8k")  # Hz
 STRUCK = ("slap", "pop")  # techniques with a thump before the note
 
@@ -114,6 +115,7 @@ ROWS: tuple[Row, ...] = (
     Row("between_rise", ALL, "   0.2-4 kHz, hard over soft, without reference", "dB", 0),
     *_each("between_50ms", "between partials at 50 ms, 0.5-4 kHz", "dB", 0),
     *_each("lines", "strongest line between partials, 60-700 Hz", "dB", 0),
+    *(Row(key, SOFT, f"noise floor, {band} kHz", "dB/kHz", 0) for key, band in zip(FLOOR_KEYS, FLOORS, strict=True)),
     *_each("hiss", "10-16 kHz at 0.4 s over the rest", "dB", 0),
     Row("snap", HARD, "2-4 kHz: peak over 100-150 ms", "dB", 0),
     *(Row(f"high_{ms}", HARD, f"2-8 kHz {ms} ms after its peak", "dB", 0) for ms in (100, 200, 400)),

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from livebass.lab.comparison.measures import (
     BAND_KEYS,
+    FLOOR_KEYS,
     GLIDE_EACH,
     HIGH_KEYS,
     NOISE_KEYS,
@@ -40,7 +41,8 @@ from livebass.rows.arrays import Floats
 from livebass.rows.units import cents
 
 LONGEST = 3.2  # s of a note, as the recordings
-LEFT_OUT = {"peak", "level", "between_level", "fall_time", "growth", *GLIDE_EACH}  # by recording or told by others
+# By recording, or told by others
+LEFT_OUT = {"peak", "level", "between_level", "fall_time", "growth", *GLIDE_EACH, *FLOOR_KEYS}
 FIGURES = tuple(key for key in ORDER if key not in LEFT_OUT)
 TIMBRE = {
     "centroid_20",

@@ -16,7 +16,7 @@ import numpy as np
 import soundfile
 
 from livebass.engine.engine import Engine
-from livebass.kernels.bass.floor import FLOOR_BAND, HARMONICS
+from livebass.kernels.bass.floor import HARMONICS
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.notes import AFTER, RELEASED, Note
 from livebass.lab.comparison.ringing import ringing
@@ -37,7 +37,9 @@ NOTES = 10  # whose losses are fitted
 PARTIALS = 40  # of each
 STEPS = 40  # of least squares
 LOSSES = ("thermoelastic", "viscoelastic_angle", "stop_conductance")
-FLOORS = (-75.0, -30.0)  # dB
+FLOORS = (-90.0, -30.0)  # dB
+CUTOFF, WIDTH = 20e3, 18e3  # Hz, of the floor; the width of white noise that is as loud
+LEVEL = (500.0, 16e3)  # Hz, where every floor is level
 KNOCKS = (-20.0, 20.0)  # dB
 QUIETER = 40.0  # dB: what precedes a note by so much is the floor
 LEAD = 0.02  # s of it, at least
@@ -161,7 +163,7 @@ def floor(recorded: Recorded, problem: Problem) -> float | None:
     if problem.bass.output.kind != "pickups":
         return None
     notes = _medium(recorded)
-    quiet = [_without_hum(n) for n in recorded.quiet] or _before(notes)
+    quiet = [_noise(n.sound, n.rate) for n in recorded.quiet] or _before(notes)
     if quiet:
         found = 20 * math.log10(float(np.median(quiet) / _level(notes)))
     else:
@@ -170,6 +172,11 @@ def floor(recorded: Recorded, problem: Problem) -> float | None:
             return None
         found = by_hiss
     return min(max(found, FLOORS[0]), FLOORS[1])
+
+
+def floor_keys(level: float) -> dict[str, str]:
+    """The keys of a level floor of so many dB."""
+    return {"floor_noise": f"{level:.1f} dB", "floor_cutoff": f"{CUTOFF / 1e3:g} kHz"}
 
 
 def hum(recorded: Recorded, bass: Instrument) -> tuple[float, float] | None:
@@ -208,11 +215,13 @@ def _hum(silence: Note) -> tuple[float, float]:
     return max(found)
 
 
-def _without_hum(silence: Note) -> float:
-    """The level of a silence in the floor's band, less its hum."""
-    whole = _rms(silence.sound, silence.rate, FLOOR_BAND)
-    rest = whole**2 - _hum(silence)[0] ** 2
-    return math.sqrt(max(rest, 1e-4 * whole**2))
+def _noise(silence: Floats, rate: int) -> float:
+    """The level of a floor up to CUTOFF that is as dense as a silence; its lines, a hum, do not count."""
+    window = np.hanning(silence.size)
+    power = 2 * np.abs(np.fft.rfft(silence * window)) ** 2 / (rate * np.sum(window**2))
+    nu = np.arange(power.size) * rate / silence.size
+    inside = power[(nu > LEVEL[0]) & (nu < min(LEVEL[1], 0.45 * rate))]
+    return math.sqrt(WIDTH * float(np.median(inside)) / math.log(2)) + 1e-12  # the median of noise
 
 
 def _medium(recorded: Recorded) -> list[Note]:
@@ -237,7 +246,7 @@ def _before(notes: Sequence[Note]) -> list[float]:
         before = n.sound[: max(0, attack(n.sound, n.rate) - round(0.005 * n.rate))]
         maximum = float(np.abs(n.sound).max()) * 10 ** (-QUIETER / 20)
         if before.size > LEAD * n.rate and 0 < np.abs(before).max() < maximum:
-            found.append(_rms(before))
+            found.append(_noise(before, n.rate))
     return found
 
 
@@ -249,7 +258,7 @@ def _floor_by_hiss(recorded: Recorded, problem: Problem) -> float | None:
         return None
     level = min(max(level, FLOORS[0]), FLOORS[1])
     for _ in range(2):
-        tried = replace(problem, free=(), fixed={"player": {"floor_noise": f"{level:.1f} dB"}})
+        tried = replace(problem, free=(), fixed={"player": floor_keys(level)})
         ours = [_hiss(n) for n in tried.play((), places).values()]
         level = min(max(level + float(np.median(theirs) - np.median(ours)), FLOORS[0]), FLOORS[1])
     return level
@@ -265,11 +274,9 @@ def _hiss(note: Note) -> float:
     return 10 * math.log10(float(power[(nu > HISS[0]) & (nu < HISS[1])].sum() / power.sum()) + 1e-15)
 
 
-def _rms(sound: Floats, rate: int = 1, band: tuple[float, float] = (0.0, 1.0)) -> float:
-    """The mean level of a sound, or of a band of it (Hz)."""
-    power = np.abs(np.fft.rfft(sound)) ** 2
-    nu = np.arange(power.size) * rate / sound.size
-    return math.sqrt(2 * float(power[(nu >= band[0]) & (nu < band[1])].sum())) / sound.size + 1e-12
+def _rms(sound: Floats) -> float:
+    """The mean level of a sound."""
+    return math.sqrt(float(np.mean(sound**2))) + 1e-12
 
 
 def knock(recorded: Recorded, bass: Instrument) -> float | None:

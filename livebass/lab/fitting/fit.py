@@ -252,9 +252,10 @@ def _estimates(
     floor, knock = estimates.floor(recorded, first), estimates.knock(recorded, bass)
     if floor is None:
         doubts.append("nothing tells the noise of the electronics: as in the base preset")
-    for key, value in (("floor_noise", floor), ("release_noise", knock)):
-        if value is not None:
-            own.setdefault("player", {})[key] = f"{value:.1f} dB"
+    else:
+        own.setdefault("player", {}).update(estimates.floor_keys(floor))
+    if knock is not None:
+        own.setdefault("player", {})["release_noise"] = f"{knock:.1f} dB"
     if hum := estimates.hum(recorded, bass):
         own.setdefault("player", {}).update(hum=f"{hum[0]:.1f} dB", mains=f"{hum[1]:g} Hz")
     return own, estimates.losses(bass, recorded, free), doubts

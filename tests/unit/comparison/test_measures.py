@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from livebass.lab.comparison import distance, measure
-from livebass.lab.comparison.measures import EARLY, LATE, SHARE_KEYS
+from livebass.lab.comparison.measures import EARLY, FLOOR_KEYS, LATE, SHARE_KEYS
 from livebass.lab.comparison.ringing import ringing
 from livebass.rows.arrays import Floats
 
@@ -120,6 +120,25 @@ def test_hiss() -> None:
     noise = math.sqrt(power * 1e-4) * np.random.default_rng(7).normal(size=sound.size)
     assert measure(sound + noise, RATE, F0)["hiss"] == pytest.approx(-40 + 10 * math.log10(6 / 22.05), abs=1)
     assert "nothing is known" in measure(sound[::2], RATE / 2, F0).missing["hiss"]
+
+
+def test_the_floor_over_frequency() -> None:
+    """White noise of -70 dB per kHz under a note: every band says so; noise that falls is told from it."""
+    sound = note()
+    loud = 10 * math.log10(np.mean(sound[: round(0.3 * RATE)] ** 2))
+    white = np.random.default_rng(4).normal(size=sound.size)
+    white *= 10 ** ((loud - 70.0) / 20) * math.sqrt(RATE / 2000)
+    found = measure(sound + white, RATE, F0, only=FLOOR_KEYS)
+    assert [found[key] for key in FLOOR_KEYS] == pytest.approx([-70.0] * 5, abs=1.0)
+    nu = np.fft.rfftfreq(white.size, 1 / RATE)
+    red = np.fft.irfft(np.fft.rfft(white) / np.maximum(nu / 1000, 0.1), white.size)  # -6 dB per octave
+    falling = measure(sound + red, RATE, F0, only=FLOOR_KEYS)
+    assert falling["floor_4000"] - falling["floor_1500"] == pytest.approx(20 * math.log10(2600 / 5800), abs=1.5)
+    assert found["floor_10000"] > falling["floor_10000"] + 20
+    assert measure(0.1 * (sound + white), RATE, F0, only=FLOOR_KEYS)["floor_500"] == pytest.approx(found["floor_500"])
+    slow = measure((sound + white)[::2], RATE / 2, F0, only=FLOOR_KEYS)
+    assert "nothing is known" in slow.missing["floor_10000"] and slow["floor_4000"] > -75
+    assert "1.5 s are needed" in measure(sound[: round(1.4 * RATE)], RATE, F0).missing["floor_500"]
 
 
 def highs(decay: Callable[[Floats], Floats]) -> Floats:

@@ -108,12 +108,12 @@ def test_noise_is_read_off_a_silence_or_what_precedes_the_notes(problem: Problem
     def noise(seconds: float, level_db: float) -> np.ndarray[Any, Any]:
         return 10 ** (level_db / 20) * rng.standard_normal(round(seconds * DEFAULT_RATE))
 
-    band = 10 * math.log10(DEFAULT_RATE / 2 / 2960)  # white noise over its part from 40 to 3000 Hz, dB
+    band = 10 * math.log10(DEFAULT_RATE / 2 / estimates.WIDTH)  # white noise over its part in the floor, dB
     tone = np.sin(2 * math.pi * 110 * np.arange(DEFAULT_RATE) / DEFAULT_RATE)  # -3 dB
     note = Note("", tone, DEFAULT_RATE, 110.0)
     silent = record({PLACES[0]: note}, quiet=(Note("", noise(1.0, -53.0 + band), DEFAULT_RATE, 0.0),))
     assert estimates.floor(silent, problem) == pytest.approx(-50, abs=0.3)
-    led = replace(note, sound=np.concatenate([noise(0.1, -63.0), tone]))
+    led = replace(note, sound=np.concatenate([noise(0.1, -63.0 + band), tone]))
     assert estimates.floor(record({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
 
 
@@ -122,7 +122,7 @@ def test_hum_is_told_from_noise(problem: Problem, mains: float) -> None:
     rng = np.random.default_rng(2)
     time = np.arange(5 * DEFAULT_RATE) / DEFAULT_RATE
     tone = Note("", np.sin(2 * math.pi * 110 * time[:DEFAULT_RATE]), DEFAULT_RATE, 110.0)  # -3 dB
-    white = 10 ** ((-63.0 + 10 * math.log10(DEFAULT_RATE / 2 / 2960)) / 20) * rng.standard_normal(time.size)
+    white = 10 ** ((-63.0 + 10 * math.log10(DEFAULT_RATE / 2 / estimates.WIDTH)) / 20) * rng.standard_normal(time.size)
     harmonics = np.sum([np.sin(2 * math.pi * k * mains * time + k) / k for k in (1, 2, 3, 5, 7)], axis=0)
     mains_hum = 10 ** (-43 / 20) * harmonics / np.std(harmonics)
 

@@ -286,6 +286,7 @@ palm_width = "8 mm"
 skin_noise = "-14 dB"
 release_noise = "-3 dB"
 floor_noise = "-65 dB"
+floor_cutoff = "2 kHz"
 squeak = "-6 dB"
 answering = "always"
 bend_range = 2
