@@ -75,8 +75,9 @@ def check(file: str) -> None:
     """Check a preset FILE.
 
     An error names the key, its value and the limits. For a good preset the command names keys that change no note, and
-    says why.
+    says why; and wolves, notes that the neck keeps from their pitch.
     """
+    from livebass.preset.checks import wolves
     from livebass.preset.idle import idle_keys
     from livebass.preset.load import load_preset, preset_tables, renamed_keys
 
@@ -89,6 +90,12 @@ def check(file: str) -> None:
         click.echo(one_line(response.remark))
     for line in renamed_keys(file):
         click.echo(one_line(f"{file}: {line}"))
+    if notes := [
+        f"{string} at fret {fret} ({abs(off):.0f} cents {'sharp' if off > 0 else 'flat'})"
+        for string, fret, off in wolves(bass)
+    ]:
+        why = "the neck resonates at the fundamental and splits it into two lines, none of them at the pitch"
+        click.echo(one_line(f"{file}: {', '.join(notes)}: {why}; heavier neck.resonance_masses bring them closer"))
     by_reason: dict[str, list[str]] = {}
     for place, why in idle_keys(preset_tables(file)[1], file):
         by_reason.setdefault(why, []).append(place)

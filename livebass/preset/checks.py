@@ -2,7 +2,7 @@
 
 preset/keys.py has checked each value. `neck_admittance` and `neck_surface` raise `Conflict` for keys that do not go
 together; `overdamped_mode` finds a mode that cannot ring and the key that causes it. preset/build.py turns both into
-messages.
+messages. `wolves` finds notes that no tuning brings to their pitch, which a bass may have.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from livebass.kernels.string import law
 from livebass.kernels.string.note import MAX_DETUNING
 from livebass.model import modes
-from livebass.model.instrument import Neck, Speaking, String, speaking
+from livebass.model.instrument import Instrument, Neck, Speaking, String, speaking
 from livebass.model.neck import MAX_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
 from livebass.model.quality import MAX_MODES
 from livebass.rows.units import DIMENSIONS, format_quantity
@@ -35,6 +35,7 @@ DAMPING_KEYS = (
 )  # fmt: skip
 BEYOND = 0.02  # m of board beyond the last fret, by default
 MAX_DAMPING = 0.999  # of critical
+WOLF = 1.0  # cents off its pitch from which a note is a wolf; all others are in tune to the last digits
 
 Numbers = tuple[float, ...]
 
@@ -300,3 +301,22 @@ def _scale_value(string: String, neck: Neck, key: str, item: int, by: float) -> 
         return string, replace(neck, stop_conductance=neck.stop_conductance * by)
     changed: dict[str, Any] = {key: getattr(string, key) * by}
     return replace(string, **changed), neck
+
+
+def wolves(bass: Instrument) -> list[tuple[str, int, float]]:
+    """The notes whose fundamental has no strong line at the pitch: (string, fret, cents off), sharp if positive.
+
+    There string and neck move alike, and the fundamental splits into two lines of about equal strength.
+    """
+    found = []
+    for string, neck in zip(bass.strings, bass.necks, strict=True):
+        for fret in range(len(neck.fret_positions) + 1):
+            s = speaking(string, neck, fret)
+            if s.stop != fret or s.paper_law or modes.measured_modes(s):
+                continue  # choked, or tuned by eq. 8 as printed
+            straight = replace(s, axes_turned=0.0)
+            nu, decay = modes.frequencies(straight, 1)[0], modes.dampings(straight, 1)[0] / (2 * math.pi)
+            off = 1200 * math.log2(math.sqrt(nu**2 - decay**2) / string.frequency(string.open_note + fret))
+            if abs(off) > WOLF:
+                found.append((string.name, fret, off))
+    return found

@@ -42,6 +42,7 @@ from livebass.kernels.player.performer import (
     performer_at,
 )
 from livebass.kernels.player.tablature import play_by_string
+from livebass.kernels.player.touches import hand_lies_across
 from livebass.kernels.string.records import EVENT, IDLE, PLUCK, RING_ON, STRIKE_EVENT, THROW
 from livebass.rows.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
@@ -110,9 +111,9 @@ def handle_event(p, ops, word, value):
         string_note(p, number, value)
     elif words.plays_strings(kind):
         play_by_string(p, ops, kind, word, value)
-        update_idle(p)
     else:
         set_value(p, ops, kind, number, value)
+    update_idle(p)
 
 
 @jit
@@ -282,17 +283,18 @@ def update_idle(p):
     """Tells every string which strings are neither played nor muted, if that changed: they may answer (answers.py).
 
     With WHILE_HELD, the hands that end the last note also rest on the idle strings, and those that move mute them in
-    passing. Under the pedal, or with ALWAYS, they ring on.
+    passing. Under the pedal, or with ALWAYS, they ring on. A hand that lies across all strings mutes them in any case.
     """
     if p.answering == NEVER:
         return
     idle, held = 0, False
     for i in range(p.strings):
         held = held or p.hands.state[i] != FREE
+    across = hand_lies_across(p)
     ringing_on = p.answering == ALWAYS or pedal_is_down(p)
     free = ringing_on or (p.answering == WHILE_HELD and held)
     for i in range(p.strings):
-        if p.hands.state[i] == FREE and (free or rings_on(p, i)):
+        if p.hands.state[i] == FREE and (free or rings_on(p, i)) and not across:
             idle |= 1 << i
     if ringing_on and idle != 0:
         idle |= RING_ON

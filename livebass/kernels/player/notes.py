@@ -11,7 +11,7 @@ from livebass.kernels.player.events import next_event, send_slide, send_timed_sl
 from livebass.kernels.player.expression import end_note_expression, take_channel
 from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
 from livebass.kernels.player.strokes import force_at, part_at, play_stroke, speed_of_pluck
-from livebass.kernels.player.touches import palm_is_on, touch_palm
+from livebass.kernels.player.touches import leave_string, palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
 from livebass.rows import techniques
 
@@ -217,6 +217,7 @@ def tap_string(p, ops, i, fret, part):
     """Hammers string `i` down to `fret`, whatever its state: fingers that ended its last note lift off."""
     for k in range(TOUCHES):
         send_touch(p, i, k, 0.0, 0.0, 0.0, TAP_LIFTING)
+    leave_string(p, i)
     hammer_string(p, ops, i, fret, part)
     if palm_is_on(p):
         touch_palm(p, ops, i)

@@ -102,6 +102,7 @@ HANDS = np.dtype(
         ("late", "f8"),  # s, by which the present stroke waits
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
+        ("ghosted", "i8"),  # strings whose last stroke was a ghost note, a bit each
         # of a tablature's strokes
         ("struck_at", "i8", (MAX_STRINGS,)),  # frame of the last one
         ("palmed", "i8"),  # strings on which their palm lies, a bit each

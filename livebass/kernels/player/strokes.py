@@ -189,7 +189,9 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
             touches.touch_node(p, ops[i, stop], i, touched)
     if touches.palm_is_on(p):
         touches.touch_palm(p, ops, i)
+    touches.leave_string(p, i)
     if ghost:
+        p.hands.ghosted |= 1 << i
         touches.touch_ghost(p, ops, i, stop, float(LEFT_FRET if left else fret if fret > 0 else touches.GHOST_PLACE))
 
 

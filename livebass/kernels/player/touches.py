@@ -10,7 +10,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp2, power
 from livebass.kernels.player.events import send_touch
-from livebass.kernels.player.performer import FREE
+from livebass.kernels.player.performer import FREE, HELD
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.rows.techniques import PALM
 
@@ -50,9 +50,15 @@ def touch_ghost(p, ops, i, stop, fret):
 
 
 @jit
+def palm_is_pressed(p):
+    """True if the player palm-mutes."""
+    return p.controls.palm > 0.0 or p.switched[PALM] > 0
+
+
+@jit
 def palm_is_on(p):
     """True if the player palm-mutes, or a palm always rests on the strings."""
-    return p.player.palm_resistance > 0.0 or p.controls.palm > 0.0 or p.switched[PALM] > 0
+    return p.player.palm_resistance > 0.0 or palm_is_pressed(p)
 
 
 @jit
@@ -70,6 +76,27 @@ def touch_palm(p, ops, i):
     resistance = firm / 3.0 * characteristic_impedance(ops[i, 0])
     for k in range(3):
         send_touch(p, i, PALM_FINGERS[k], PALM_PLACES[k], resistance, PALM_WIDTH, 0.0)
+
+
+@jit
+def leave_string(p, i):
+    """Records that all fingers, and the palm of a tablature's stroke, lift off string `i`."""
+    p.hands.palmed &= ~(1 << i)
+    p.hands.ghosted &= ~(1 << i)
+
+
+@jit
+def hand_lies_across(p):
+    """True while a hand mutes the idle strings, too: a pressed palm, or the left hand, flat for a ghost note.
+
+    They lie there as long as the note is held. A palm that always rests on the strings damps the idle ones as the
+    player's resting hand does.
+    """
+    lying = p.hands.palmed | p.hands.ghosted
+    for i in range(p.strings):
+        if p.hands.state[i] == HELD and (lying >> i) & 1:
+            return True
+    return palm_is_pressed(p)
 
 
 @jit

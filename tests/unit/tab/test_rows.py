@@ -183,7 +183,7 @@ def test_any_word_is_harmless() -> None:
     values[::2] = rng.integers(0, 1 << 24, 1500).astype(np.float32).view(np.uint32)
     sent |= values.view(np.int32).astype(np.int64) << 32
     events = engine.play_words(np.sort(rng.integers(0, RATE, 3000)), sent)
-    assert len(events) > 300 and (events["string"] < 4).all() and (events["fret"] <= BASS.frets).all()
+    assert len(events) > 250 and (events["string"] < 4).all() and (events["fret"] <= BASS.frets).all()
     assert engine.performer["switched"][0].sum() == 0
     assert all(np.isfinite(events[name]).all() for name in EVENT.names or () if name != "value")
 

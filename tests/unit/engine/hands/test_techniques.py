@@ -89,8 +89,9 @@ def partial(x: Floats, hz: float) -> float:
 
 
 @pytest.mark.parametrize("preset", [*OFTEN, "fretless", "five-string"])
-@pytest.mark.parametrize(("low", "high"), [(45, 48), (48, 50), (45, 57)])
+@pytest.mark.parametrize(("low", "high"), [(45, 48), (48, 51), (45, 57)])
 def test_a_hammer_on_and_a_pull_off_sound_at_their_pitch(preset: str, low: int, high: int) -> None:
+    """Off the dead spots, which test_heard_pitch.py names: there the D of precision-pick is 5 cents sharp."""
     keys = [on(0, LEGATO), on(0.1, low, 80), on(0.6, high, 100), off(1.1, high, 100)]
     sound = play([(0.0, 0x90, 19, 100), *keys], 1.8, preset)  # on the G string
     for start, note in ((0.3, low), (0.8, high), (1.4, low)):

@@ -13,7 +13,7 @@ from support.hands import Hands, bass, bass_tuned
 from support.messages import Message, control, off, on, wheel
 
 from livebass.engine.prepare import bass_numbers, follow_performer, new_performer
-from livebass.kernels.player import performer
+from livebass.kernels.player import performer, words
 from livebass.kernels.string import records as at
 from livebass.rows import techniques
 
@@ -194,6 +194,50 @@ def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
     assert last_numbers(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100 | at.RING_ON)
     assert not last_numbers(hands(*by(0, control(64, 127), control(64, 0))), at.IDLE)
     assert last_numbers(hands(*by(2, control(64, 0))), at.IDLE) == dict.fromkeys(range(4), 0)
+
+
+ON_A = words.joined({words.STRING: A, words.FRET: 3, words.VELOCITY: 80})
+STROKE = words.STROKE, ON_A, float(words.joined({words.LOUDER: words.NO_DYNAMICS}))
+PALMED = words.STROKE, ON_A | words.joined({words.PALMED: 1}), STROKE[2]
+REST = words.STRING_REST, A, 0.0
+PALM_AMOUNT = techniques.AMOUNT, techniques.CC_PALM
+
+
+def switched(technique: int, value: float) -> tuple[int, int, float]:
+    """The event that switches a technique on (1) or off (0)."""
+    return techniques.SWITCHED, technique, value
+
+
+@pytest.mark.parametrize("mutes", [True, False])
+@pytest.mark.parametrize(
+    ("lay", "lift"),
+    [
+        ([control(9, 1)], [control(9, 0)]),
+        ([(*PALM_AMOUNT, 0.5)], [(*PALM_AMOUNT, 0.0)]),
+        ([switched(techniques.PALM, 1.0)], [switched(techniques.PALM, 0.0)]),
+        ([PALMED], [STROKE]),
+        ([PALMED], [REST]),
+        ([switched(techniques.GHOST, 1.0), on(40)], [switched(techniques.GHOST, 0.0), on(40)]),
+        ([switched(techniques.LEFT_SLAP, 1.0), on(40)], [off(40)]),
+    ],
+)  # fmt: skip
+def test_a_hand_across_the_strings_mutes_the_idle_ones(lay: list[Message], lift: list[Message], mutes: bool) -> None:
+    """From the moment it lies there until it lifts, even under the pedal; it brings no answers to a bass without."""
+    hands = Hands(bass(answering="always" if mutes else "off"))
+    assert last_numbers(hands(control(64, 127)), at.IDLE) == (
+        dict.fromkeys(range(4), 0b1111 | at.RING_ON) if mutes else {}
+    )
+    assert last_numbers(hands(*lay), at.IDLE) == (dict.fromkeys(range(4), 0) if mutes else {})
+    hands(*lift)
+    idle = sum(1 << i for i, state in enumerate(hands.strings("state")) if state == FREE)
+    assert hands.p["idle"] == (idle | at.RING_ON if mutes else 0)
+
+
+def test_a_palm_that_a_tablature_left_does_not_come_back_with_a_key() -> None:
+    hands = Hands(bass(answering="always"))
+    hands(PALMED, (words.STROKE_END, words.joined({words.STRING: A}), 0.0))
+    hands(on(36))
+    assert hands.string_of(36) == A and hands.p["idle"] & 0b1111 == 0b1101
 
 
 def test_a_reset_is_of_its_channel_and_leaves_tuning_range_and_volume() -> None:

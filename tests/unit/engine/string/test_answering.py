@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -9,9 +10,10 @@ import numpy as np
 import pytest
 from support.coupled import Coupled
 from support.levels import db
-from support.messages import send_now
+from support.messages import Message, control, on, send_now
 from support.own_basses import FRETTED, load_preset
 from support.played import event
+from support.quiet import ALONE, without_noise
 from support.strings import even, far_from_frets
 
 from livebass import QUALITIES
@@ -93,3 +95,38 @@ def test_hands_mute_the_idle_strings_only_as_they_pass(preset: str) -> None:
         engine.process(round(seconds * RATE))
         level.append(db(float(np.linalg.norm(complex_answers(engine.voices[1], 0)))))
     assert level[1] < level[0] - 10 and level[2] > level[1] + 3, np.diff(level)
+
+
+@cache
+def shipped(preset: str, answers: bool) -> Engine:
+    bass = without_noise(preset if answers else preset + ALONE)
+    return Engine(bass, QUALITIES["live"], RATE)
+
+
+def levels(preset: str, answers: bool, start: float, messages: Sequence[Message]) -> Floats:
+    """dB of partials 1 to 8 of the open G string in 0.1 s from `start` (s) on, after messages at once."""
+    engine = shipped(preset, answers).another()
+    send_now(engine, *messages)
+    engine.process(round(start * RATE))
+    heard = engine.process(RATE // 10).sum(axis=0)
+    spectrum = np.abs(np.fft.rfft(heard * np.hanning(heard.size), 4 * heard.size))
+    width = RATE / (4 * heard.size)
+    near = [spectrum[int(0.96 * j * G_HZ / width) : int(1.04 * j * G_HZ / width) + 2].max() for j in range(1, 9)]
+    return np.array([db(float(x)) for x in near])
+
+
+ON_G, PEDAL, G, G_HZ = on(19, 100), control(64, 127), 43, 98.0
+PALMS = {"controller": [control(9, 127)], "key": [on(3)], "after": [on(G, 80), control(9, 127)]}
+GHOSTS = {"ghost": [on(10)], "left slap": [on(7)]}
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("how", [*PALMS, *GHOSTS])
+@pytest.mark.parametrize("pedal", [False, True])
+def test_a_palm_and_a_ghost_note_mute_the_idle_strings(preset: str, how: str, pedal: bool) -> None:
+    """A note is as short as on a bass whose strings do not answer; left free, they answer far above it."""
+    held = (PALMS | GHOSTS)[how]
+    start = 0.8 if how in PALMS else 0.25
+    stroke = [] if how == "after" else [on(G, 80)]
+    sounds = [levels(preset, answers, start, [*[PEDAL] * pedal, ON_G, *held, *stroke]) for answers in (True, False)]
+    assert np.abs(sounds[0] - sounds[1]).max() < 3, sounds
