@@ -292,7 +292,7 @@ def test_the_floor_of_an_older_file_has_the_old_cutoff() -> None:
     assert np.array_equal(older, newer) and np.array_equal(odd, newer) and rms(older) > 0
 
 
-@pytest.mark.parametrize(("preset", "mains"), zip(PLUCKED, (50.0, 60.0, 50.0), strict=True))
+@pytest.mark.parametrize(("preset", "mains"), [*zip(PLUCKED, (50.0, 60.0, 50.0), strict=True)])
 def test_the_hum_is_that_of_the_mains(preset: str, mains: float) -> None:
     """As far under a medium note as it says; nothing lies between its harmonics."""
     medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]

@@ -17,6 +17,7 @@ from livebass.compiling import jit
 from livebass.engine.prepare import new_performer
 from livebass.kernels.player import controls, fingering, performer, strokes
 from livebass.kernels.player.constants import FINGER, STANDARD
+from livebass.kernels.player.expression import MAX_BEND
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import grazing_apex
@@ -635,7 +636,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
         elif e["kind"] == at.THROW:
             assert 0.0 < e["speed"] <= 8.0 and 0.0 < e["place"] < hands.ops[e["string"], e["fret"]]["length"]
         elif e["kind"] == at.BEND:
-            assert 0.2 < e["value"] < 4.3
+            assert abs(12 * math.log2(e["value"])) < MAX_BEND + 1e-9
         elif e["kind"] == at.GAIN:
             assert 0.0 <= e["value"] <= 1.0
         elif e["kind"] == at.TOUCH_EVENT:
