@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from support.agreement import assert_agree
+from support.costs import quick
 from support.motion import energies
 from support.strings import case_b, oblique, random_trial
 
+from livebass import load_preset
 from livebass.engine.solve import solve_trial
 from livebass.model import modes
+from livebass.model.instrument import speaking
 from livebass.model.trial import Trial
 
 
@@ -44,6 +47,34 @@ def test_random_setups(first: int) -> None:
     """Of five motions at most one is chaotic, and even that is predictable for a tenth of its length."""
     regular = [assert_agree(random_trial(seed), f"seed {seed}", minimum=0.1) for seed in range(first, first + 5)]
     assert sum(regular) >= 4
+
+
+PLAYED = (
+    "slap", "precision-pick", "jazz-finger", "flatwound", "short-scale", "six-string", "five-string-active",
+    "precision-finger", "jazz-bright", "muted",
+)  # fmt: skip
+
+
+def played_trial(seed: int) -> Trial:
+    """A seeded pluck of a preset that people play: string, fret, place, angle and rates at random."""
+    rng = np.random.default_rng(seed)
+    bass = load_preset(PLAYED[seed % len(PLAYED)])
+    i, fret = int(rng.integers(len(bass.strings))), int(rng.integers(0, 20))
+    s = speaking(bass.strings[i], bass.necks[i], fret)
+    place = s.length * rng.uniform(0.6, 0.95)
+    apex = min(modes.grazing_apex(s, place) * rng.uniform(1.2, 4), 0.008)
+    pluck = modes.Pluck(apex, place, rng.uniform(3e-3, 8e-3), angle=rng.uniform(-1.2, 1.2))
+    count = int(rng.integers(60, min(220, s.grid_points - 1)))
+    output = float(rng.choice([44100.0, 48000.0, 96000.0, 192000.0]))
+    minimum = max(float(rng.choice([1e6, 2e6])), 2.1 * modes.frequencies(s, count)[-1])
+    rate = output * np.ceil(minimum / output)
+    return Trial(s, pluck, count, rate, output, 0.02, s.length * rng.uniform(0.85, 0.98))
+
+
+@pytest.mark.parametrize("seed", quick(range(60), range(10)))
+def test_random_plucks_of_presets(seed: int) -> None:
+    """With turned axes, losses, friction and dead spots, as presets have them; most hit frets. Within a millionth."""
+    assert_agree(played_trial(seed), f"seed {seed}", minimum=0.1, within=1e-6, touches=False)
 
 
 def heard_across(trial: Trial, angle: float, apex: float, **friction: float) -> Trial:
