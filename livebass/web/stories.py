@@ -77,10 +77,9 @@ STORIES = {
             ),
             Step(
                 "A dead spot: the neck swings at the pitch of fret 6 on the G string and takes that note's fundamental "
-                "twice as fast as fret 5's, which you hear next.",
+                "more than twice as fast as fret 5's, which you hear next.",
                 "jazz-finger",
                 (Note(3, 6, 90), Note(3, 5, 90)),
-                {"neck_resonance": -1.07, "neck_mass": -35},
             ),
             Step(
                 "A bare board: the string lands all along the wood and growls: {hits}.", "fretless", (Note(0, 5, 120),)
