@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from support.coupled import Coupled
 from support.levels import db
 from support.messages import Message, control, on, send_now
@@ -19,7 +20,9 @@ from support.strings import even, far_from_frets
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
+from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
+from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
 
 RATE = 48000
@@ -35,11 +38,17 @@ def prepared(preset: str, free: bool = True, when: str = "always") -> Engine:
     return Engine(replace(bass, player=replace(bass.player, answering=when)), QUALITIES["live"], RATE)
 
 
-def complex_answers(voice: Voice, idle: int) -> Floats:
-    """q - i (dq/dt + sigma q) / omega of the answering modes of string `idle`, silent ones too."""
+def line_phasors(voice: Voice) -> Floats:
+    """q - i (dq/dt + sigma q) / omega of the answering lines, (MAX_ANSWERS,), silent ones too."""
     a, n, found = voice.string["answers"][0], int(voice.record["answering"][0]), np.zeros(MAX_ANSWERS, complex)
     found[a["line"][:n]] = a["q"][:n] - 1j * a["y"][:n]
-    return np.asarray(found[: int(a["count"])][a["string"][: int(a["count"])] == idle])
+    return np.asarray(found)
+
+
+def complex_answers(voice: Voice, idle: int) -> Floats:
+    """`line_phasors` of string `idle`."""
+    a = voice.string["answers"][0]
+    return np.asarray(line_phasors(voice)[: int(a["count"])][a["string"][: int(a["count"])] == idle])
 
 
 def both(preset: str, sounding: int, fret: int, idle: int, seconds: float) -> tuple[Floats, Floats]:
@@ -130,3 +139,48 @@ def test_a_palm_and_a_ghost_note_mute_the_idle_strings(preset: str, how: str, pe
     stroke = [] if how == "after" else [on(G, 80)]
     sounds = [levels(preset, answers, start, [*[PEDAL] * pedal, ON_G, *held, *stroke]) for answers in (True, False)]
     assert np.abs(sounds[0] - sounds[1]).max() < 3, sounds
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_a_pickup_hears_a_line_as_far_as_its_axis_points_towards_it(preset: str) -> None:
+    """Along a = c u + s v a line moves u by c and v by s, along b by -s and c; pickups hear v in part."""
+    made = prepared(preset, free=False)
+    turned, across = made.instrument.necks[0].axes_turned, made.instrument.output.pickups[0].across
+    wanted = (np.cos(turned) * across - np.sin(turned)) / (np.cos(turned) + np.sin(turned) * across)
+    for voice in made.voices:
+        a = voice.string["answers"][0]
+        heard = np.where(a["omega"] > 0, a["of_y"] / np.maximum(a["omega"], 1), 0)
+        for string in np.unique(a["string"][: int(a["count"])]):
+            own = np.flatnonzero((a["string"] == string) & (np.arange(MAX_ANSWERS) < a["count"]))
+            along, beside = heard[own[a["across"][own] == 0]], heard[own[a["across"][own] == 1]]
+            loud = np.abs(along) > 1e-2 * np.abs(along).max()
+            assert loud.sum() > 3 and np.allclose(beside[loud] / along[loud], wanted, rtol=1e-4), string
+
+
+@pytest.mark.parametrize("preset", [name for name in FRETTED if "pick" not in name])  # there D2 meets both, too
+def test_idle_strings_pass_answers_on_where_their_lines_meet(preset: str) -> None:
+    """E4 and A3, after the G string that set them off: two oscillators coupled by the neck at the nut, by Im Y."""
+    made = prepared(preset, free=False)
+    bass = replace(made.instrument, player=replace(made.instrument.player, resting_hand=0.0, palm_resistance=0.0))
+    engine = Engine(bass, QUALITIES["live"], RATE)
+    send_now(engine, (0x90, 19, 100), (0x90, 52, 100))
+    engine.process(RATE // 2)
+    send_now(engine, (0x80, 52, 64))
+    engine.process(RATE)
+    voice, seconds = engine.voices[3], 3 * EVERY * 128 / RATE
+    assert not voice.slots["on"].any()
+    a = voice.string["answers"][0]
+    first, second = (speaking(bass.strings[i], bass.necks[i], 0) for i in range(2))
+    for k in range(2):
+        g, h = (np.flatnonzero((a["string"] == i) & (a["across"] == k))[j] for i, j in ((0, 3), (1, 2)))
+        nut = first.felt(bool(k)).at(np.array([float(a["omega"][g]) / (2 * np.pi)]))[0].imag
+        rate = -1j * nut * np.sqrt(first.tension / first.length * second.tension / second.length)
+        r = np.sqrt(a["density"][g] / a["density"][h]) * a["omega"][g] / a["omega"][h]
+        own = [complex(-a["sigma"][x], a["omega"][x]) for x in (g, h)]
+        free = np.exp(np.array(own) * seconds)
+        flow = expm(seconds * np.array([[own[0], rate / r], [rate * r, own[1]]]))
+        before = line_phasors(voice)[[g, h]]
+        engine.process(round(seconds * RATE))
+        found = line_phasors(voice)[[g, h]]
+        error = np.abs(found - flow @ before).max()
+        assert error < 0.05 * np.abs(before).max() and error < 0.3 * np.abs(found - free * before).max(), (k, error)
