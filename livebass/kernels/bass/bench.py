@@ -14,7 +14,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import along, are_turned, interpolate_rows, resonance
+from livebass.kernels.string.law import along, interpolate_rows, lines_of, resonance
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
@@ -118,7 +118,7 @@ def measure_lists(bench):
     bench.room = 0
     answering = 0
     for i in range(bench.strings):
-        answering += lines_of(bench.string[i])
+        answering += answering_lines(bench.string[i])
     for i in range(bench.strings):
         string = bench.string[i]
         rows = 3 * (1 + string.own_across) * (string.resonances_count + string.table_count)
@@ -214,9 +214,9 @@ def clear_of_board(bench, note, lists):
 
 
 @jit
-def lines_of(string):
-    """Number of lines of a string that may answer: a mode has one, or one along each axis if these are turned."""
-    return string.answering_modes * (1 + are_turned(string))
+def answering_lines(string):
+    """Number of lines of a string that may answer others."""
+    return lines_of(string, string.answering_modes)
 
 
 @jit
@@ -227,14 +227,14 @@ def list_answering(bench, numbers, lists):
     """
     count = 0
     for t in range(bench.strings):
-        count += lines_of(bench.string[t])
+        count += answering_lines(bench.string[t])
     first = bench.room - count
     place = first
     for t in range(bench.strings):
         modes = bench.string[t].answering_modes
         if modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
-        for k in range(lines_of(bench.string[t])):
+        for k in range(answering_lines(bench.string[t])):
             lists[place] = along(bench.note, lists, 1 + k % modes, k >= modes)[0]
             place += 1
     return first
@@ -246,7 +246,7 @@ def set_answers(bench, i, stop, note, numbers, lists, answering, end):
     string = bench.string[i]
     note.answers, note.answers_count = end, 0
     for t in range(bench.strings):
-        for k in range(lines_of(bench.string[t])):
+        for k in range(answering_lines(bench.string[t])):
             if t != i:
                 higher = string.higher_across if k >= bench.string[t].answering_modes else 1.0
                 lists[end], lists[end + 1] = toward_nut(string, numbers, stop, lists[answering], higher)

@@ -20,9 +20,9 @@ from livebass.kernels.bass.instrument import (
 )
 from livebass.kernels.machine.native import floats_at, record_address, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import are_turned
+from livebass.kernels.string.law import lines_of
 from livebass.kernels.string.preparing import LISTS, MAX_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
-from livebass.kernels.string.records import BLOCK, DOUBLE, MAX_ANSWERS, MAX_NEAR, ROW
+from livebass.kernels.string.records import BLOCK, DOUBLE, MAX_ANSWERING, MAX_NEAR, ROW
 from livebass.rows.row import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
@@ -91,7 +91,7 @@ def lines_answering(address, i):
     for t in range(instrument.strings):
         if t != i:
             open_note = note_at(address + FILE_BYTES + NOTE_BYTES * t * (instrument.frets + 1))
-            count += instrument.answering_modes[t] * (1 + are_turned(open_note))
+            count += lines_of(open_note, instrument.answering_modes[t])
     return count
 
 
@@ -136,7 +136,7 @@ def is_instrument(instrument):
     if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
         return False
     for i in range(strings):
-        if 2 * answers_of(instrument, i) > MAX_ANSWERS or (instrument.sensed and instrument.pickups[i] > 0):
+        if answers_of(instrument, i) > MAX_ANSWERING or (instrument.sensed and instrument.pickups[i] > 0):
             return False
     return True
 

@@ -14,7 +14,7 @@ from livebass.kernels.pickup.coil import CIRCUIT_WORDS
 from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE_WORDS, STROKES
 from livebass.kernels.player.performer import ANSWERS_WHEN, MAX_STRINGS
 from livebass.kernels.string.preparing import MAX_WORDS, NOTE_BYTES
-from livebass.kernels.string.records import LINE, MAX_ANSWERS
+from livebass.kernels.string.records import LINE, MAX_ANSWERING
 from livebass.rows.parts import Knobs
 from livebass.rows.row import TINY, Word, record, words
 
@@ -47,7 +47,7 @@ INSTRUMENT_WORDS = [
     Word("part", "f8", 0.0, 1.0, (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
     Word("wheel_slides", "i8", 0, 1),  # 1: the pitch wheel slides along the frets
     Word("open_note", "i8", 0, 127, (MAX_STRINGS,)),
-    Word("answering_modes", "i8", 0, MAX_ANSWERS // 2, (MAX_STRINGS,)),  # of each string: modes that may answer others
+    Word("answering_modes", "i8", 0, MAX_ANSWERING, (MAX_STRINGS,)),  # of each string: modes that may answer others
     Word("pickups", "i8", 0, MAX_PICKUPS, (MAX_STRINGS,)),  # of each string, and of each pickup:
     Word("decay", "f8", 0.0, shape=(MAX_STRINGS, MAX_PICKUPS)),  # 1/m
     Word("mix", "f8", shape=(MAX_STRINGS, MAX_PICKUPS)),

@@ -22,7 +22,7 @@ from livebass.kernels.bass.instrument import INSTRUMENT, MAX_FRETS, TIERS, WORD
 from livebass.kernels.machine.native import record_address, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
 from livebass.kernels.string.preparing import MAX_WORDS
-from livebass.kernels.string.records import MAX_ANSWERS, MAX_NEAR
+from livebass.kernels.string.records import MAX_ANSWERING, MAX_NEAR
 from livebass.rows.row import LARGEST
 
 jit = compiled(attributes=SMALL)
@@ -124,7 +124,7 @@ STRING_KIND: np.dtype[Any] = BENCH.fields["string"][0].subdtype[0]  # type: igno
 STRING_BYTES = STRING_KIND.itemsize
 FLAGS = ("paper_law", "capo", "bowed", "own_across")
 WHOLE_LIMITS = {
-    "answering_modes": (0, MAX_ANSWERS // 2), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
+    "answering_modes": (0, MAX_ANSWERING), "tap_width": (1, 2), "open_note": (0, 127), "shifted": (-127, 127),
     **dict.fromkeys(FLAGS, (0, 1)),
 }  # fmt: skip
 

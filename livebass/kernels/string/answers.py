@@ -13,8 +13,8 @@ end. Each j pairs with the nearest i within NEAR rad/s, and only pairs with an e
 
 An idle string touches nothing, so its lines along a and b are free oscillators, heard as pickups hear these directions.
 The sounding string moves along u and v: with velocity amplitudes omega A, its line along a is c u + s v, along b
-c v - s u, and what the line gains returns to both. This turn keeps the energy. Neither line of a string whose axes are
-u and v is turned; its line along b is omitted.
+c v - s u, and what the line gains returns to both. This turn keeps the energy. Where the axes are u and v, only lines
+along a are computed.
 
 Strings are computed one after another, each ahead of the clock and back. So each string carries the answering lines of
 all others as its own oscillators and sounds them itself: no string waits for another. Where lines of two idle strings
@@ -23,8 +23,8 @@ exchanged.
 
 The exchange is passive. Once in EVERY frames a pair advances by its exact flow, whose energy norm is exp(|Re G| t): the
 losses of both lines are greater, as Re G is kept below the limit they allow. Pairs of one line share that limit: those
-with the greatest effect come first. While the string presses on a fret, or owes
-exchanges between u and v, its pairs wait.
+with the greatest effect come first. While the string presses on a fret, or owes exchanges between u and v, its pairs
+wait.
 
 Unless these RING_ON, hands that move to another fret mute the idle strings in passing, for MOVING s: answers to one
 note do not ring on under the next.
@@ -71,7 +71,7 @@ def fill_answers(string, i, instrument, ops):
         if t == i:
             continue
         op, modes = ops[t, 0], instrument.answering_modes[t]
-        for line in range(modes * (1 + (op.turned > 0))):
+        for line in range(answering_lines(instrument, ops, t)):
             g, j, across = n, line % modes, np.int64(line >= modes)
             n += 1
             a.place[g] = UNKNOWN
@@ -92,7 +92,7 @@ def fill_answers(string, i, instrument, ops):
                 rate += RESISTANCE / (linear_density(op) * op.length) * shape * shape
             a.muted[g] = exp(-rate * h)
             a.rested[g] = exp(-rate * h * instrument.player.resting_hand / RESISTANCE)
-            of_u, of_v = (-op.axes[1], op.axes[0]) if across else (op.axes[0], op.axes[1])
+            of_u, of_v = direction(op, across)
             if instrument.sensed:
                 a.of_q[g] = of_u * number_at(tap_row(op, 0), op, j)
                 own = tap_row(op, 2 * string.voice.denominator)
@@ -103,44 +103,44 @@ def fill_answers(string, i, instrument, ops):
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
-    link_lines(string, instrument, ops)
+    link_lines(string, i, instrument, ops)
     a.damped_for = UNKNOWN
     a.pairs_for[0] = UNKNOWN
 
 
 @jit
-def link_lines(string, instrument, ops):
-    """Links lines of different idle strings that meet along one axis."""
-    a, time = string.answers, EVERY / string.voice.rate
-    a.links = 0
-    for g in range(a.count):
-        t = a.string[g]
-        admittance, listed = floats_at(ops[t, 0].answers, 2 * ops[t, 0].answering), np.int64(0)
-        for other in range(instrument.strings):  # in the list of string t
-            if other == t:
-                continue
-            first = listed - lines_before(a, other)
-            listed += instrument.answering_modes[other] * (1 + (ops[other, 0].turned > 0))
-            for h in range(g + 1, a.count):
-                if a.string[h] != other or a.across[h] != a.across[g] or a.omega[g] == 0.0 or a.omega[h] == 0.0:
-                    continue
-                imaginary = -np.sqrt(a.stiffness[g] * a.stiffness[h]) * admittance[2 * (first + h) + 1]
-                away = abs(a.omega[h] - a.omega[g]) + a.sigma[g] + a.sigma[h]
-                if a.links < MAX_LINKS and abs(imaginary) > LINKED * away:
-                    turned = min(max(imaginary * time, -MAX_FLOW), MAX_FLOW)
-                    r = np.sqrt(a.density[g] / a.density[h]) * a.omega[g] / a.omega[h]
-                    a.link_ends[a.links, 0], a.link_ends[a.links, 1] = g, h
-                    set_flow(a.link_flow[a.links], 0.0, turned, r)
-                    a.links += 1
+def answering_lines(instrument, ops, t):
+    """Number of lines of string `t` that may answer others, as law.py's `lines_of`."""
+    return instrument.answering_modes[t] * (1 + (ops[t, 0].turned > 0))
 
 
 @jit
-def lines_before(a, t):
-    """Number of lines of a string's others before those of string `t`."""
-    n = 0
-    while n < a.count and a.string[n] < t:
-        n += 1
-    return n
+def direction(op, across):
+    """How far axis a, or b if `across`, points along u and along v."""
+    return (-op.axes[1], op.axes[0]) if across else (op.axes[0], op.axes[1])
+
+
+@jit
+def link_lines(string, i, instrument, ops):
+    """Links lines of different idle strings that meet along one axis, for string `i`."""
+    a, time, own = string.answers, EVERY / string.voice.rate, answering_lines(instrument, ops, i)
+    a.links = 0
+    for g in range(a.count):
+        t = a.string[g]
+        admittance = floats_at(ops[t, 0].answers, 2 * ops[t, 0].answering)
+        before = answering_lines(instrument, ops, t)  # in the list of string i, but not in that of string t
+        for h in range(g + 1, a.count):
+            if a.string[h] == t or a.across[h] != a.across[g] or a.omega[g] == 0.0 or a.omega[h] == 0.0:
+                continue
+            listed = h - before + (own if i < a.string[h] else 0)
+            imaginary = -np.sqrt(a.stiffness[g] * a.stiffness[h]) * admittance[2 * listed + 1]
+            away = abs(a.omega[h] - a.omega[g]) + a.sigma[g] + a.sigma[h]
+            if a.links < MAX_LINKS and abs(imaginary) > LINKED * away:
+                turned = min(max(imaginary * time, -MAX_FLOW), MAX_FLOW)
+                r = np.sqrt(a.density[g] / a.density[h]) * a.omega[g] / a.omega[h]
+                a.link_ends[a.links, 0], a.link_ends[a.links, 1] = g, h
+                set_flow(a.link_flow[a.links], 0.0, turned, r)
+                a.links += 1
 
 
 @fast
@@ -320,7 +320,7 @@ def find_pairs(string, slot, op):
 def set_turn(flow, slot, op, i, across):
     """Sets a pair's `flow` between mode `i` of v and the line, in units of u's amplitude."""
     u, v = slot.u, slot.v
-    of_u, of_v = (-op.axes[1], op.axes[0]) if across else (op.axes[0], op.axes[1])
+    of_u, of_v = direction(op, across)
     scale, ratio = v.kappa[i] * v.omega[i], v.omega[i] / u.omega[i]
     flow[8] = scale
     flow[9] = 1.0 / scale

@@ -334,6 +334,12 @@ def are_turned(note):
 
 
 @shared
+def lines_of(note, modes):
+    """Number of lines of so many modes: each has one, or one along each axis if these are turned."""
+    return modes * (1 + are_turned(note))
+
+
+@shared
 def both_axes(note, numbers, j):
     """nu_j (Hz) along a and along b, then sigma_j (1/s) along a and along b."""
     nu, sigma = along(note, numbers, j, False)
@@ -364,12 +370,11 @@ def turned_damping(note, axes, across):
 
 
 @shared
-def exchange(note, numbers, j):
-    """The rate e (rad/s) at which mode `j` of u and of v exchange amplitudes, and Delta: turning.py.
+def exchange(note, axes):
+    """The rate e (rad/s) at which u and v exchange a mode's amplitudes, and Delta, from `both_axes`: turning.py.
 
     Delta is the damping of u, of v, and d between them (1/s), above the smaller one of both axes.
     """
-    axes = both_axes(note, numbers, j)
     u, v = turned_frequency(note, axes, False), turned_frequency(note, axes, True)
     sine, cosine = sin(note.axes_turned), cos(note.axes_turned)
     rate = sine * cosine * np.pi * (axes[0] * axes[0] - axes[1] * axes[1]) / np.sqrt(u * v)

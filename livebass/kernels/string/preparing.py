@@ -222,7 +222,6 @@ def fill_operator(work, note, op):
     if op.points <= MAX_NEAR:
         set_coupling(work, note, op)
     set_answers(work, note, op)
-    set_exchange(work, note, op)
     return np.int64(DONE)
 
 
@@ -288,6 +287,9 @@ def set_numbers(work, note, op):
     dx = note.length / note.grid_points
     op.diagonal = note.modes == note.grid_points - 1
     op.weight = dt * dt / note.linear_density
+    op.axes[0], op.axes[1] = 1.0, 0.0
+    if op.turned > 0:
+        op.axes[0], op.axes[1] = cos(note.axes_turned), sin(note.axes_turned)
     op.fine = dt
     op.push = dt * dt * (dx / note.linear_density)
     op.friction = note.friction
@@ -314,11 +316,14 @@ def set_parts(work, op):
 
 @jit
 def set_coefficients(work, note, op):
-    """Fills the coefficients of u's modes, and of v's, if `own_across`; returns as `fill`."""
+    """Fills the coefficients of u's modes, of v's, if `own_across`, and their exchange; returns as `fill`."""
     begin_rows(op, op.coefficients)
-    begin_rows(op, op.coefficients_v)
+    if note.own_across:
+        begin_rows(op, op.coefficients_v)
     for k in range(op.modes):
         axes = both_axes(note, numbers_of(work), k + 1)
+        if k < op.turned:
+            set_exchange(work, note, op, k, axes)
         for direction in range(1 + note.own_across):
             across = direction > 0
             nu = turned_frequency(note, axes, across)
@@ -559,16 +564,12 @@ def set_answers(work, note, op):
 
 
 @jit
-def set_exchange(work, note, op):
-    """Fills the axes, and the rates at which u and v exchange amplitudes."""
-    op.axes[0], op.axes[1] = 1.0, 0.0
-    if op.turned > 0:
-        op.axes[0], op.axes[1] = cos(note.axes_turned), sin(note.axes_turned)
-    for k in range(min(op.turned, op.modes)):
-        found = exchange(note, numbers_of(work), k + 1)
-        exchange_row(op, 0)[k] = found[0]
-        for row in range(1, EXCHANGE_ROWS):
-            exchange_row(op, row)[k] = 0.0 if work.lossless else found[row]
+def set_exchange(work, note, op, k, axes):
+    """Fills the rates at which u and v exchange the amplitudes of mode `k`, from `both_axes`."""
+    found = exchange(note, axes)
+    exchange_row(op, 0)[k] = found[0]
+    for row in range(1, EXCHANGE_ROWS):
+        exchange_row(op, row)[k] = 0.0 if work.lossless else found[row]
 
 
 # Taps
