@@ -71,7 +71,7 @@ def _along(s: Speaking, count: int, across: bool) -> tuple[Floats, Floats]:
 
 
 def measured_modes(s: Speaking) -> int:
-    """The number of modes from the first of which something was measured."""
+    """Counts the modes up to the last with a measured frequency or damping."""
     return max(len(s.string.measured_frequencies), len(s.string.measured_dampings)) if s.stop == 0 else 0
 
 

@@ -1,4 +1,4 @@
-"""What kernels find in a file, in words: a sentence for each code.
+"""Words for what kernels find in a file: a sentence for each code.
 
 {0}, {1} ... stand for its numbers, {0:+} for one with its sign.
 The page has the same table. Of two sentences the first is for a number {0} of one.

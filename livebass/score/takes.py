@@ -74,16 +74,14 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
         if stored is not None and stored[0] not in programs:
             there = own[bisect_right(own, frame, key=itemgetter(0)) - 1][1]
             free = [program for program in range(LAST_PROGRAM, -1, -1) if program not in programs.values()]
-            programs |= {stored[0]: there if there in free else free[0]} if free else {}
-        program = None if stored is None else programs.get(stored[0])
-        if stored is None or program is None:
+            if free:
+                programs[stored[0]] = there if there in free else free[0]
+        if stored is None or stored[0] not in programs:
             useless.append(frame / score.rate)
         else:
-            basses.append(TakenBass(frame, program, *stored))
+            basses.append(TakenBass(frame, programs[stored[0]], *stored))
     if useless:
-        first, others = f"a text at {useless[0]:.1f} s", len(useless) - 1
-        more = f" and {others} other text{'s' * (others > 1)}, which name no bass, are" * (others > 0)
-        remarks.append(f"{first}{more or ', which names no bass, is'} left out")
+        remarks.append(_left_out(useless))
     if not basses:
         return replace(score, remarks=tuple(remarks))
     kept = score.on_one_bass()
@@ -98,6 +96,14 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
         basses=tuple(basses),
         remarks=tuple(remarks),
     )
+
+
+def _left_out(useless: list[float]) -> str:
+    """Says that the texts at these times (s) are left out."""
+    first, others = f"a text at {useless[0]:.1f} s", len(useless) - 1
+    if not others:
+        return f"{first}, which names no bass, is left out"
+    return f"{first} and {others} other text{'s' if others > 1 else ''}, which name no bass, are left out"
 
 
 def _stored_bass(text: str) -> tuple[str, dict[str, str], str] | None:

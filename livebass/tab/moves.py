@@ -1,4 +1,4 @@
-"""What the hands do in a performance, stroke by stroke: when notes begin and end, and how strings move meanwhile.
+"""The hands in a performance, stroke by stroke: when notes begin and end, and how strings move meanwhile.
 
 Times are ticks of the exported MIDI file, so that it and the strokes are the same music, frame by frame.
 """

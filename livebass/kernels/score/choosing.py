@@ -277,7 +277,7 @@ def has_notes(score, part, other):
 
 @jit
 def says_of(score, part):
-    """What the name of a part says: its channel's, if the file names channels, or its track's."""
+    """Returns the bits of a part's name: its channel's, if the file names channels, or its track's."""
     own = memory.name_of(score, part.track, np.int64(memory.lines_of(score)[part.line].channel))
     return own if own & memory.NAMED != 0 else memory.name_of(score, part.track, memory.TRACK_NAME)
 

@@ -304,7 +304,7 @@ def events_of(score):
 
 @jit
 def name_of(score, track, channel):
-    """What the name of a track's channel says; `channel` TRACK_NAME: the track's own."""
+    """Returns the bits of the name of a track's channel; `channel` TRACK_NAME: of the track's own."""
     return np.int64(bytes_at(score.names + NAMES * np.int64(track) + channel, 1)[0])
 
 

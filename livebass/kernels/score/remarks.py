@@ -1,4 +1,4 @@
-"""What a shell says about a score, as codes with numbers: the shells have the words (livebass/score/sentences.py)."""
+"""Remarks about a score, as codes with numbers: the shells have the sentences (livebass/score/sentences.py)."""
 
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.score.memory import remarks_at

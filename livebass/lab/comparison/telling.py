@@ -41,7 +41,7 @@ from livebass.rows.arrays import Floats
 from livebass.rows.units import cents
 
 LONGEST = 3.2  # s of a note, as the recordings
-# By recording, or told by others
+# They depend on the recording, or follow from other figures
 LEFT_OUT = {"peak", "level", "between_level", "fall_time", "growth", *GLIDE_EACH, *FLOOR_KEYS}
 FIGURES = tuple(key for key in ORDER if key not in LEFT_OUT)
 TIMBRE = {
