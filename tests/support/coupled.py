@@ -13,10 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass.model.instrument import Instrument, Neck, Speaking, speaking, stretch_ratio
+from livebass.model.instrument import Instrument, Neck, Speaking, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import FREE_PART, Admittance, Resonance, bending_shape
 from livebass.rows.arrays import Floats
+from support.whole import eigenmotions, rigid
 
 NEAR = 20.0  # Hz: what other partials force farther away is no answer
 
@@ -66,9 +67,7 @@ class _Axis:
             shape = np.array([bending_shape(one.shape, place) for one in resonances])
             mu, j, own = s.string.linear_density, np.arange(1.0, n + 1), slice(k * n, k * n + n)
             line = math.sqrt(2 * s.length) / (math.pi * j)  # the projection of (L - x) / L
-            omega = 2 * math.pi * j * s.fundamental * stretch_ratio(s.string.stiffness_law, s.inharmonicity, j)
-            if across and s.own_across:
-                omega /= 1 + s.longer_across
+            omega, _ = rigid(s, n, across)
             mass[own, own] += mu * np.eye(n)
             loss[own, own] += np.diag(2 * mu * _without_neck(s, n, across))
             spring[own, own] += np.diag(mu * omega**2)
@@ -77,10 +76,7 @@ class _Axis:
             mass[neck, neck] += mu * s.length / 3 * np.outer(shape, shape)
             spring[neck, neck] += mu * (2 * s.length * s.fundamental) ** 2 / s.length * np.outer(shape, shape)
             pitches.append(frequencies(s, n, across=across))
-        flow = np.block(
-            [[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)]]
-        )
-        self.values, self.vectors = np.linalg.eig(flow)
+        self.values, self.vectors = eigenmotions(mass, loss, spring)
         self.nu = np.concatenate(pitches[1:])
 
     def phasors(self, q: Floats, v: Floats, seconds: float) -> Floats:

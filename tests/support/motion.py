@@ -6,11 +6,11 @@ import numpy as np
 
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import pluck_event, trial_voice
-from livebass.kernels.string.records import ROW
+from livebass.kernels.string.records import MAX_ANSWERS, ROW
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.trial import Trial
-from livebass.rows.arrays import Floats
+from livebass.rows.arrays import Complexes, Floats
 
 
 def free_modes(s: Speaking, q: Floats, time_s: Floats, across: bool = False) -> Floats:
@@ -30,6 +30,13 @@ def mode_speeds(string: Voice, count: int) -> Floats:
             sigma, omega = w["sigma"][:count], w["omega"][:count]
             total += (omega * q) ** 2 + (pace * p - sigma * q) ** 2
     return np.sqrt(total)
+
+
+def answering_lines(string: Voice) -> Complexes:
+    """q - i (dq/dt + sigma q) / omega (m^1.5) of the lines that may answer `string`, (MAX_ANSWERS,)."""
+    a, n, found = string.string["answers"][0], int(string.record["answering"][0]), np.zeros(MAX_ANSWERS, complex)
+    found[a["line"][:n]] = a["q"][:n] - 1j * a["y"][:n]
+    return found
 
 
 def scale_motion(slot: np.void, factor: float) -> None:

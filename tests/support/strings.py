@@ -168,6 +168,12 @@ def far_from_frets(bass: Instrument, **neck: float) -> Instrument:
     return dataclasses.replace(bass, necks=tuple(lower(n) for n in bass.necks))
 
 
+def linear(bass: Instrument, **neck: float) -> Instrument:
+    """`far_from_frets`, with constant tension."""
+    bass = far_from_frets(bass, **neck)
+    return dataclasses.replace(bass, strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings))
+
+
 def one_string(bass: Instrument, i: int) -> Instrument:
     """`bass` with only its string `i`, so that a key is a fret; it keeps its slap."""
     player = dataclasses.replace(bass.player, slapped_strings=max(0, min(1, bass.player.slapped_strings - i)))

@@ -54,10 +54,7 @@ def lines(s: Speaking, count: int, across: bool = False, modes: int = 24) -> Lin
         loss[k, k], spring[k, k] = m * w / q, spring[k, k] + m * w**2
     if y.stop > 0:
         loss[-1, -1] = 1 / y.stop
-    flow = np.block(
-        [[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)]]
-    )
-    values, right = np.linalg.eig(flow)
+    values, right = eigenmotions(mass, loss, spring)
     left = np.linalg.inv(right)
     part = np.abs(right[:n] * left[:, :n].T)  # of eigenvalue k in the motion of q_j after q_j was displaced
     part = np.where(values.imag > 0, part, 0.0)[:count]
@@ -65,6 +62,14 @@ def lines(s: Speaking, count: int, across: bool = False, modes: int = 24) -> Lin
     rows = np.arange(count)
     strong, weak = part[rows, order[:, 0]], part[rows, order[:, 1]]
     return Lines(values[order[:, 0]], values[order[:, 1]], weak / strong)
+
+
+def eigenmotions(mass: Floats, loss: Floats, spring: Floats) -> tuple[Complexes, Complexes]:
+    """Eigenvalues (2 n,), 1/s, and eigenvectors (2 n, 2 n), displacements then velocities, of mass x'' + ... = 0."""
+    n = len(mass)
+    flow = [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, spring), -np.linalg.solve(mass, loss)]]
+    values, vectors = np.linalg.eig(np.block(flow))
+    return values, vectors
 
 
 def rigid(s: Speaking, n: int, across: bool) -> tuple[Floats, Floats]:

@@ -123,7 +123,7 @@ def test_hiss() -> None:
 
 
 def test_the_floor_over_frequency() -> None:
-    """White noise of -70 dB per kHz under a note: every band says so; noise that falls is told from it."""
+    """White noise of -70 dB per kHz under a note: every band says so; noise that falls has other figures."""
     sound = note()
     loud = 10 * math.log10(np.mean(sound[: round(0.3 * RATE)] ** 2))
     white = np.random.default_rng(4).normal(size=sound.size)

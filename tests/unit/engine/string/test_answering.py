@@ -12,10 +12,11 @@ from scipy.linalg import expm
 from support.coupled import Coupled
 from support.levels import db
 from support.messages import Message, control, on, send_now
+from support.motion import answering_lines
 from support.own_basses import FRETTED, load_preset
 from support.played import event
 from support.quiet import ALONE, without_noise
-from support.strings import even, far_from_frets
+from support.strings import even, linear
 
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
@@ -33,22 +34,14 @@ def prepared(preset: str, free: bool = True, when: str = "always") -> Engine:
     """A bass whose open strings answer; `free` as brute force has it: linear, one direction, clear of the frets."""
     bass = even(load_preset(preset))
     if free:
-        bass = far_from_frets(bass, axes_turned=0.0, stiffness_across=1.0, longer_across=0.0)
-        bass = replace(bass, strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
+        bass = linear(bass, axes_turned=0.0, stiffness_across=1.0, longer_across=0.0)
     return Engine(replace(bass, player=replace(bass.player, answering=when)), QUALITIES["live"], RATE)
 
 
-def line_phasors(voice: Voice) -> Floats:
-    """q - i (dq/dt + sigma q) / omega of the answering lines, (MAX_ANSWERS,), silent ones too."""
-    a, n, found = voice.string["answers"][0], int(voice.record["answering"][0]), np.zeros(MAX_ANSWERS, complex)
-    found[a["line"][:n]] = a["q"][:n] - 1j * a["y"][:n]
-    return np.asarray(found)
-
-
 def complex_answers(voice: Voice, idle: int) -> Floats:
-    """`line_phasors` of string `idle`."""
+    """`answering_lines` of string `idle`."""
     a = voice.string["answers"][0]
-    return np.asarray(line_phasors(voice)[: int(a["count"])][a["string"][: int(a["count"])] == idle])
+    return np.asarray(answering_lines(voice)[: int(a["count"])][a["string"][: int(a["count"])] == idle])
 
 
 def both(preset: str, sounding: int, fret: int, idle: int, seconds: float) -> tuple[Floats, Floats]:
@@ -179,8 +172,8 @@ def test_idle_strings_pass_answers_on_where_their_lines_meet(preset: str) -> Non
         own = [complex(-a["sigma"][x], a["omega"][x]) for x in (g, h)]
         free = np.exp(np.array(own) * seconds)
         flow = expm(seconds * np.array([[own[0], rate / r], [rate * r, own[1]]]))
-        before = line_phasors(voice)[[g, h]]
+        before = answering_lines(voice)[[g, h]]
         engine.process(round(seconds * RATE))
-        found = line_phasors(voice)[[g, h]]
+        found = answering_lines(voice)[[g, h]]
         error = np.abs(found - flow @ before).max()
         assert error < 0.05 * np.abs(before).max() and error < 0.3 * np.abs(found - free * before).max(), (k, error)

@@ -13,10 +13,11 @@ from support.coupled import Coupled
 from support.levels import db
 from support.live import QUICK, offline, played_ahead
 from support.messages import send_now
+from support.motion import answering_lines
 from support.own_basses import load_preset
 from support.played import event
 from support.scores import play_in_blocks
-from support.strings import even, far_from_frets
+from support.strings import even, linear
 
 import livebass
 from livebass import QUALITIES, Instrument
@@ -54,15 +55,10 @@ def answering(when: str = "always", preset: str = "jazz-finger") -> Instrument:
     return replace(bass, player=replace(bass.player, answering=when))
 
 
-def free(bass: Instrument) -> Instrument:
-    """`bass` with frets out of reach and constant tension."""
-    return replace(far_from_frets(bass), strings=tuple(replace(s, axial_stiffness=0.0) for s in bass.strings))
-
-
 @functools.cache
-def prepare(when: str = "always", linear: bool = False, preset: str = "jazz-finger") -> Engine:
+def prepare(when: str = "always", free: bool = False, preset: str = "jazz-finger") -> Engine:
     bass = answering(when, preset)
-    return Engine(free(bass) if linear else bass, QUALITIES["live"], RATE)
+    return Engine(linear(bass) if free else bass, QUALITIES["live"], RATE)
 
 
 def last_numbers(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
@@ -72,9 +68,7 @@ def last_numbers(voice: Voice, idle: int, fret: int, apex: float, place: float) 
 
 def amplitudes(voice: Voice) -> Floats:
     """Amplitudes (m^1.5) of the answers, (MAX_ANSWERS,)."""
-    a, n, found = voice.string["answers"][0], voice.record["answering"][0], np.zeros(MAX_ANSWERS)
-    found[a["line"][:n]] = np.hypot(a["q"][:n], a["y"][:n])
-    return found
+    return np.abs(answering_lines(voice))
 
 
 def state(voice: Voice, along: str = "u") -> tuple[Floats, Floats]:
@@ -100,7 +94,7 @@ def test_answers_are_those_of_brute_force(
 
     Above 700 Hz few are that strong, and they beat: within 8 dB, where a beat is at its least.
     """
-    engine = prepare(linear=True).another()
+    engine = prepare(free=True).another()
     voice, ops = engine.voices[sounding], engine.pool.records[sounding]
     length = float(ops[fret]["length"])
     events = last_numbers(voice, 1 << idle, fret, 1e-3, length - 0.15)
@@ -145,7 +139,7 @@ def test_lines_along_both_axes_answer_as_by_brute_force(
     preset: str, degrees: float | None, sounding: int, fret: int, idle: int
 ) -> None:
     """Within 1 dB for each line within 12 dB of the strongest and 42 dB of the plucked string, along either axis."""
-    bass = free(even(livebass.load_preset(preset)))
+    bass = linear(even(livebass.load_preset(preset)))
     if degrees is not None:
         bass = replace(bass, necks=tuple(replace(neck, axes_turned=np.radians(degrees)) for neck in bass.necks))
     engine = Engine(replace(bass, player=replace(bass.player, answering="always", resting_hand=0.0)), QUICK, RATE)
@@ -189,7 +183,7 @@ def energy(engine: Engine, i: int) -> float:
 @pytest.mark.parametrize("preset", ["", "slap", "precision-pick", "jazz-finger"])
 def test_the_energy_of_all_never_grows(preset: str, lossless: bool) -> None:
     """Not even where strings lose only to the neck: from each exchange of a pair to its next."""
-    bass = free(even(livebass.load_preset(preset)) if preset else answering())
+    bass = linear(even(livebass.load_preset(preset)) if preset else answering())
     if lossless:
         dull = [
             replace(s, viscoelastic_angle=0.0, thermoelastic=0.0, extra_damping=0.0, diameter=1e-6)
@@ -212,7 +206,7 @@ def test_the_energy_of_all_never_grows(preset: str, lossless: bool) -> None:
 
 def test_losses_limit_what_a_mode_gives_to_several() -> None:
     """Re G of all pairs of a mode stays within the limit set by their mutual losses."""
-    engine = Engine(free(answering("always", "five-string")), QUICK, RATE)
+    engine = Engine(linear(answering("always", "five-string")), QUICK, RATE)
     for i, voice in enumerate(engine.voices):
         for fret in (0, 2, 5, 7, 12):
             ops = engine.pool.records[i]

@@ -15,7 +15,7 @@ from support.messages import send_now
 from support.motion import free_modes
 from support.own_basses import FRETTED, PLAYED, load_preset
 from support.played import event
-from support.strings import case_b, even, far_from_frets, g_neck, g_string, oblique, with_own_across
+from support.strings import case_b, even, far_from_frets, g_neck, g_string, linear, oblique, with_own_across
 
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
@@ -134,12 +134,8 @@ def test_bent_or_not_a_pluck_along_an_axis_stays_on_it(preset: str, semitones: f
 @pytest.mark.parametrize("preset", PLAYED)
 def test_a_note_by_midi_moves_along_its_axes_from_its_release_on(preset: str) -> None:
     """No exchange is owed from the time that a finger held the string: the motion of `simulate`, not one 4 ms ahead."""
-    bass = far_from_frets(even(load_preset(preset)))
-    bass = dataclasses.replace(
-        bass,
-        strings=tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in bass.strings),
-        player=dataclasses.replace(bass.player, answering="off"),
-    )
+    bass = linear(even(load_preset(preset)))
+    bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, answering="off"))
     engine, frames = Engine(bass, QUALITIES["live"], RATE), 600 * EXCHANGE_EVERY
     send_now(engine, (0x90, bass.strings[-1].open_note, 80))
     voice, turned = engine.voices[-1], bass.necks[-1].axes_turned
