@@ -84,11 +84,14 @@ def missing(needed: str, package: str = "", part: str = "", error: Exception | N
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Lists the tests that were skipped for want of a part, so that .ci/run can run them elsewhere."""
-    if os.environ.get("LIVEBASS_LIST_SKIPPED"):
-        for report in terminalreporter.stats.get("skipped", []):
+    """Lists the tests that .ci/run runs again: elsewhere if they were skipped for want of a part, alone if they failed."""
+    if os.environ.get("LIVEBASS_LIST_TESTS"):
+        found = terminalreporter.stats
+        for report in found.get("skipped", []):
             if report.longrepr[2].startswith("Skipped: needs "):
                 terminalreporter.write_line(f"skipped without a part of the system: {report.nodeid}")
+        for node in dict.fromkeys(report.nodeid for kind in ("failed", "error") for report in found.get(kind, [])):
+            terminalreporter.write_line(f"failed beside others: {node}")
 
 
 @pytest.hookimpl(wrapper=True, specname="pytest_runtest_setup")  # pytest raises a fixture's error for each of its tests

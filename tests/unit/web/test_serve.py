@@ -13,6 +13,9 @@ import time
 import urllib.request
 import webbrowser
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -283,19 +286,18 @@ def test_many_slow_clients_end_and_others_get_the_page(opener: PageServer) -> No
     assert len(ended) == 40, "the server ends them, although each sends on"
 
 
-def test_too_many_connections_and_files_are_told_to_come_later(
-    opener: PageServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(opener._server, "_free", threading.Semaphore(3))
-    there = [socket.create_connection((HOST, opener._server.server_port)) for _ in range(3)]  # accepted in this order
-    assert answer_to(opener, head_of(opener)).split()[1] == b"503"
+def test_too_many_connections_are_told_to_come_later(server: PageServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("livebass.web.serve.PATIENCE", PATIENCE)  # the three wait as long as the test
+    monkeypatch.setattr(server._server, "_free", threading.Semaphore(3))
+    there = [socket.create_connection((HOST, server._server.server_port)) for _ in range(3)]  # accepted in this order
+    assert answer_to(server, head_of(server)).split()[1] == b"503"
     assert threading.active_count() < 50
     for client in there:
         client.close()
 
     def is_served() -> bool:
         try:
-            with urllib.request.urlopen(opener.address, timeout=PATIENCE) as answer:
+            with urllib.request.urlopen(server.address, timeout=PATIENCE) as answer:
                 return bool(answer.read() == FILES["index.html"])
         except urllib.error.HTTPError:
             return False
@@ -303,10 +305,18 @@ def test_too_many_connections_and_files_are_told_to_come_later(
     wait_for(is_served)
 
 
-def test_few_files_are_opened_at_once(opener: PageServer) -> None:
-    there = [socket.create_connection((HOST, opener._server.server_port)) for _ in range(MAX_OPENING)]
-    for client in there:
-        client.sendall(head_of(opener, "Content-Length: 9"))
-    wait_for(lambda: answer_to(opener, head_of(opener, "Content-Length: 3"), b"abc").split()[1] == b"503")
-    for client in there:
-        client.close()
+def test_few_files_are_opened_at_once() -> None:
+    released = threading.Event()
+
+    def opens(data: bytes, name: str) -> dict[str, int]:
+        released.wait(PATIENCE)
+        return {"size": len(data)}
+
+    with PageServer(FILES, opens=opens) as opener, ThreadPoolExecutor(MAX_OPENING + 2) as pool, ExitStack() as ends:
+        ends.callback(released.set)
+        request = head_of(opener, "Content-Length: 3"), b"abc"
+        sent = [pool.submit(answer_to, opener, *request) for _ in range(MAX_OPENING + 2)]
+        first = [answer.result().split()[1] for answer in islice(as_completed(sent, PATIENCE), 2)]
+        assert first == [b"503"] * 2, "the others are being opened"
+        released.set()
+        assert sorted(answer.result().split()[1] for answer in sent) == [b"200"] * MAX_OPENING + [b"503"] * 2
