@@ -224,15 +224,48 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     opened.execute_script("release('test')")
 
 
+AT_REST = "return !building.now && !building.wanted && !player.next"
+
+
 def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened: Any) -> None:
     start_sound(opened)
-    bass = opened.execute_script("return [...player.names.keys()]")
+    opened.execute_script("onBench(() => bench().setAll({gauge: 5}))")
+    wait(lambda: opened.execute_script(AT_REST))
     opened.execute_script("onBench(() => bench().setAll({fret: 7, fret_height: 1.5, action: -1.9}))")
-    wait(lambda: "stands" in opened.find_element("id", "said").text)
-    assert "fret 7 stands 0.86 mm above string E at rest" in opened.find_element("id", "said").text
-    assert opened.execute_script("return [...player.names.keys()]") == bass
-    opened.execute_script("$('undo').click()")
-    wait(lambda: opened.execute_script("return !building.now && !player.next"))
+    wait(lambda: "cannot be played" in state(opened)[4] and opened.execute_script(AT_REST))
+    says = "This neck cannot be played: fret 7 stands 0.86 mm above string E at rest. The bass is as it was."
+    assert state(opened)[1] == {"gauge": 5} and state(opened)[4] == says
+    assert opened.execute_script("return location.hash") == "#like=jazz-finger&gauge=5"
+    wait(lambda: opened.execute_script("return [...player.basses.values()].at(-1).label") == "like=jazz-finger&gauge=5")
+
+
+@pytest.mark.parametrize("name", ["jazz-finger", "fretless", "slap"])
+def test_a_slider_stops_where_the_neck_does_and_its_link_plays(opened: Any, name: str) -> None:
+    opened.execute_script("chooseBass(arguments[0])", name)
+    start_sound(opened)
+    wait(lambda: opened.execute_script(AT_REST))
+    to_the_end = "const slider = $('bench-action'); slider.value = slider.min; slider.oninput(); slider.onchange()"
+    for _ in range(2):  # the second time it does not have to try
+        opened.execute_script(to_the_end)
+        wait(lambda: opened.execute_script("return bench().value('action') > -2"))
+    wait(lambda: opened.execute_script(AT_REST))
+    said, shown, value, there, link, label = opened.execute_script(
+        "return [$('said').textContent, $('bench-action').parentElement.querySelector('output').textContent,"
+        " bench().value('action'), +$('bench-action').value, location.hash, [...player.basses.values()].at(-1).label]"
+    )
+    assert said.startswith(f"Action stops at {shown}: beyond it ") and "above string" in said
+    assert value == there and link == f"#{label}" == f"#like={name}&action={value}"
+    open_page(opened, opened.home + link)
+    start_sound(opened)
+    assert state(opened)[1] == {"action": value} and state(opened)[4] == "The bass is as the link says."
+
+
+def test_a_link_to_a_neck_that_cannot_be_played_plays_the_preset_and_says_so(opened: Any) -> None:
+    open_page(opened, f"{opened.home}#like=slap&action=-2")
+    wait(lambda: "cannot be played" in state(opened)[4])
+    assert "stands" in state(opened)[4] and state(opened)[4].endswith("The bass is the preset's.")
+    start_sound(opened)
+    assert opened.execute_script("return [player.playing, bench().link()]") == ["slap", "like=slap"]
 
 
 def test_the_preset_is_saved_as_a_file_that_the_commands_take(opened: Any, tmp_path: Path, run: Run) -> None:

@@ -105,6 +105,52 @@ def test_a_neck_that_cannot_be_played_is_refused_as_in_a_preset(page: node.Page,
             load_text(tmp_path, page.toml(name, values))
 
 
+# Moves each slider of a bass to both ends; returns those that stop before, where, and whether a step beyond is playable
+TO_THE_ENDS = """
+const [name, values] = arguments, bench = benches.get(name), stops = [];
+const isPlayable = async values => {
+  const {stops, slid} = bench;
+  bench.stops = []; // which else hold the values back
+  try { fileOf(name, values); } catch (error) { return false; } finally { Object.assign(bench, {stops, slid}); }
+  return true;
+};
+for (const {symbol, minimum, maximum, step} of bench.controls.values()) {
+  for (const end of [minimum, maximum]) {
+    if (!await isPlayable(values)) throw new Error("the beginning cannot be played");
+    bench.played.A = {...values};
+    bench.stops = [];
+    bench.settle();
+    bench.set(symbol, end);
+    if (await isPlayable(bench.values)) continue;
+    const wanted = {...values, [symbol]: end}, found = await bench.lastPlayable(wanted, isPlayable);
+    bench.setAll(wanted);
+    bench.stopAt(found);
+    const stop = bench.value(symbol), stands = bench.link(), beyond = {...wanted, [symbol]: stop + found.way * step};
+    bench.set(symbol, end);
+    const stays = bench.link() === stands;
+    bench.set(symbol, values[symbol] ?? 0);
+    const returns = bench.value(symbol) === (values[symbol] ?? 0), playable = [wanted, {...wanted, [symbol]: stop}, beyond];
+    stops.push([symbol, end, stop, step, stays, returns]);
+    for (const each of playable) stops.at(-1).push(await isPlayable(each));
+  }
+}
+return stops;
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), [("jazz-finger", {}), ("fretless", {}), ("slap", {"fret": 7, "fret_height": 0.3})]
+)
+def test_a_slider_stops_at_the_last_neck_that_can_be_played(
+    page: node.Page, name: str, values: dict[str, float]
+) -> None:
+    stops = page.run(TO_THE_ENDS, name, values)
+    assert "action" in {symbol for symbol, *_ in stops}
+    for symbol, end, stop, step, stays, returns, at_end, at_stop, beyond in stops:
+        assert (at_end, at_stop, beyond) == (False, True, False), (symbol, end, stop)
+        assert stays and returns and abs(stop - values.get(symbol, 0)) < abs(end - values.get(symbol, 0)) - step / 2
+
+
 def test_all_at_once_is_the_saved_preset(page: node.Page, tmp_path: Path) -> None:
     for name in BASSES:
         values: dict[str, float] = {}

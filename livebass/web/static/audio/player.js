@@ -3,7 +3,7 @@
 import {read, workletAddress} from "../pages/files.js";
 import {Kernels} from "./kernels.js";
 import {$, PAGE, bassCalled, saved, say} from "../pages/page.js";
-import {workshop} from "./workshop.js";
+import {isUnplayable, workshop} from "./workshop.js";
 
 const WARM = 400; // ms
 const MAX_AHEAD = 0.5; // s
@@ -191,7 +191,7 @@ export class WorkletPlayer {
   prepare(/** @type {string} */ name, warm = 0) {
     const before = this.next;
     this.next = {name, built: this.build(name, this.context.sampleRate, warm)};
-    this.next.built.catch(error => say(`${name}: ${error.message}`));
+    this.next.built.catch(error => { if (!isUnplayable(error)) say(`${bassCalled(name).title}: ${error.message}`); }); // else the bench says it
     before?.built.then(({bass}) => workshop.free(bass), () => {});
     return this.next;
   }

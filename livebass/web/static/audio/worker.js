@@ -3,6 +3,7 @@
 import {Engine, pieces} from "./engine.js";
 import {N, RECORDS} from "./kernels.js";
 
+const UNPLAYABLE = "Unplayable"; // the name of errors about a neck (workshop.js)
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
 const answer = /** @type {any} */ (postMessage);
@@ -90,7 +91,9 @@ function change({change: values, file, names}) {
   const of = (name, k) => engine.get("BENCH", record, name, k);
   if (state !== N.MADE) {
     const above = `stands ${(1000 * of("fault_height")).toFixed(2)} mm above string ${names[of("fault_string")]} at rest`;
-    throw new Error(state === N.CROWN_ABOVE ? `fret ${of("fault_place")} ${above}` : `the board ${above}`);
+    const error = new Error(state === N.CROWN_ABOVE ? `fret ${of("fault_place")} ${above}` : `the board ${above}`);
+    error.name = UNPLAYABLE;
+    throw error;
   }
   const heights = names.map((_, i) => {
     const string = record + RECORDS.BENCH.fields.string[0] + i * RECORDS.BENCH_STRING.bytes;
@@ -128,7 +131,8 @@ onmessage = ({data}) => {
       const bass = build(data);
       if (data.warm) warm(bass, data.rate, data.warm);
     } catch (error) {
-      answer({id: data.id, error: /** @type {Error} */ (error).message});
+      const {message, name} = /** @type {Error} */ (error);
+      answer({id: data.id, error: message, kind: name});
     }
   }
 };

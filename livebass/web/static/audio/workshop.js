@@ -1,6 +1,9 @@
 // The worker that builds basses in the background.
 import {workerAddress} from "../pages/files.js";
 
+// True if no neck can be made as the sliders wanted; the message says which fret is too high.
+export const isUnplayable = (/** @type {unknown} */ error) => /** @type {Error} */ (error).name === "Unplayable"; // in worker.js
+
 class Workshop {
   constructor() {
     this.worker = /** @type {Worker | undefined} */ (undefined);
@@ -12,10 +15,10 @@ class Workshop {
   // Begins, with the compiled kernels.
   async open(/** @type {WebAssembly.Module} */ module) {
     const worker = this.worker = new Worker(await workerAddress("worker.js"));
-    worker.onmessage = ({data: {id, built, error}}) => {
+    worker.onmessage = ({data: {id, built, error, kind}}) => {
       const waiting = this.waiting.get(id);
       this.waiting.delete(id);
-      if (error) waiting?.reject(new Error(error));
+      if (error) waiting?.reject(Object.assign(new Error(error), {name: kind}));
       else waiting?.resolve(built);
     };
     worker.onerror = ({message}) => {

@@ -7,6 +7,8 @@ const FORMAT = 1; // of links and presets
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;
 
+export const sameValues = (a, b) => JSON.stringify(Object.entries(a).sort()) === JSON.stringify(Object.entries(b).sort());
+
 // Throws an Error, one line, for what a later livebass made.
 function checkFormat(/** @type {string} */ format) {
   if (+format !== FORMAT) throw new Error(`made for a later livebass: this page reads format ${FORMAT}`);
@@ -25,6 +27,9 @@ export class Bench {
     this.after = []; // ... and for `redo`
     this.revision = /** @type {number | undefined} */ (undefined); // an earlier one, which a link named; undefined: the present one
     this.moving = undefined; // the symbol of the slider being moved: one step of undo
+    this.slid = undefined; // the symbol of the slider that moved last; undefined: all values came at once
+    this.played = {A: {}, B: {}}; // the values that a bass was made of last
+    this.stops = /** @type {{symbol: string, others: string, value: number, way: number}[]} */ ([]); // see `stopAt`
   }
 
   get values() { return this.slots[this.slot]; }
@@ -52,7 +57,7 @@ export class Bench {
   // Sets a value, within the limits; further values of the same symbol belong to the same step until `settle`.
   set(symbol, value) {
     if (this.moving !== symbol) this.keep();
-    this.moving = symbol;
+    this.moving = this.slid = symbol;
     this.put(symbol, value);
   }
 
@@ -60,6 +65,8 @@ export class Bench {
     const {minimum, maximum, points} = this.controls.get(symbol);
     value = hundredths(Math.min(Math.max(value, minimum), maximum));
     if (points.length) value = Math.round(value);
+    const stop = this.stops.find(stop => stop.symbol === symbol && stop.others === this.others(symbol) && (value - stop.value) * stop.way > 0);
+    if (stop) value = stop.value;
     if (value) this.values[symbol] = value;
     else delete this.values[symbol];
   }
@@ -72,6 +79,7 @@ export class Bench {
     this.settle();
     this.keep();
     this.slots[this.slot] = {};
+    this.slid = undefined;
     for (const [symbol, value] of Object.entries(values)) if (this.controls.has(symbol)) this.put(symbol, value);
   }
 
@@ -97,7 +105,40 @@ export class Bench {
   }
 
   // Number and value of each moved slider, for the kernels.
-  moved() { return Object.entries(this.values).map(([symbol, value]) => [this.controls.get(symbol).number, value]); }
+  moved(values = this.values) { return Object.entries(values).map(([symbol, value]) => [this.controls.get(symbol).number, value]); }
+
+  // --- necks that cannot be played ---
+
+  // What the other sliders and the revision say, as a text.
+  others(/** @type {string} */ symbol) {
+    return JSON.stringify([this.revision, Object.entries(this.values).filter(([other]) => other !== symbol).sort()]);
+  }
+
+  // The bench's values have no playable neck: finds the last ones that have, towards them from the values that played.
+  // `isPlayable`: tells by values. Returns the values, the slider that stops there, and its way (-1: down); no slider:
+  // several have moved, or a link did.
+  async lastPlayable(wanted, /** @type {(values: object) => Promise<boolean>} */ isPlayable) {
+    const played = this.played[this.slot], symbols = [...this.controls.keys()];
+    const [symbol, ...more] = symbols.filter(symbol => (wanted[symbol] ?? 0) !== (played[symbol] ?? 0));
+    if (more.length || symbol !== this.slid || this.controls.get(symbol).points.length) return {values: {...played}, symbol: undefined, way: 0};
+    const {step} = this.controls.get(symbol), from = played[symbol] ?? 0, change = (wanted[symbol] ?? 0) - from, way = Math.sign(change);
+    const at = n => ({...wanted, [symbol]: hundredths(from + way * n * step)});
+    let [good, bad] = [0, Math.ceil(Math.abs(change) / step - 1e-9)];
+    while (bad - good > 1) {
+      const middle = (good + bad) >> 1;
+      if (await isPlayable(at(middle))) good = middle;
+      else bad = middle;
+    }
+    return {values: at(good), symbol, way};
+  }
+
+  // Goes back to playable values; the slider `symbol` stops there from now on, as long as the others stay.
+  stopAt({values, symbol, way}) {
+    this.slots[this.slot] = Object.fromEntries(Object.entries(values).filter(([, value]) => value));
+    if (symbol) this.stops.push({symbol, others: this.others(symbol), value: this.value(symbol), way});
+    const last = this.before.at(-1);
+    if (last?.slot === this.slot && sameValues(last.values, this.values)) this.before.pop();
+  }
 
   // --- links and presets ---
 

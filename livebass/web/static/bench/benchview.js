@@ -1,10 +1,11 @@
 // The bench on the page: its sliders and buttons. The worker builds the changed bass; it is heard from the
 // next note on.
-import {Bench, SLOTS} from "./bench.js";
+import {Bench, SLOTS, sameValues} from "./bench.js";
 import {CONTROLS, moveControl, movedControls} from "./controls.js";
 import {layOut, showNeck} from "../neck/neck.js";
 import {$, PAGE, bassCalled, chooseBass, chosenBass, make, save, say, setPressed} from "../pages/page.js";
 import {imageOf, player} from "../audio/player.js";
+import {isUnplayable} from "../audio/workshop.js";
 import {offerRiff} from "../score/riff.js";
 import {takePlayed} from "../neck/techniques.js";
 import {see} from "../neck/view.js";
@@ -90,6 +91,8 @@ function moveSlider(symbol, value, done) {
 function benchText(symbol, value) {
   const {step, unit, ownUnit, points} = bench().controls.get(symbol), comes = bench().comesTo(symbol, value);
   if (points.length) return points[Math.round(value)];
+  if (symbol === "fret" && !value) return "none";
+  if (symbol === "fret_height" && !bench().value("fret")) return "choose a fret";
   const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
   if (comes === undefined) return `${unit && value > 0 ? "+" : ""}${value.toFixed(digits)} ${unit}`.trimEnd().replace("-", "−");
   const exact = unit === "%" ? Math.max(0, 2 - Math.floor(Math.log10(Math.abs(comes) || 1))) : digits;
@@ -140,11 +143,38 @@ async function buildWanted() {
   building.now = false;
 }
 
-// The image of a bass, changed by its bench.
+// The image of a bass, changed by its bench. A neck that cannot be played throws, after the bench went back to one that
+// can; that one is built next.
 async function changedImage(/** @type {string} */ name) {
-  const own = benches.get(name), made = await imageOf(name, own?.file, own?.moved());
-  if (own) showChanged(own, made);
-  return made.file;
+  const own = benches.get(name);
+  if (!own) return (await imageOf(name)).file;
+  const {slot, values, file} = own, wanted = {...values};
+  try {
+    const made = await imageOf(name, file, own.moved());
+    own.played[slot] = wanted;
+    showChanged(own, made);
+    return made.file;
+  } catch (error) {
+    if (isUnplayable(error)) await goBack(own, wanted, /** @type {Error} */ (error));
+    throw error;
+  }
+}
+
+// Moves a bench, whose values `wanted` have no playable neck, back to values that have, and says what stops it.
+async function goBack(own, wanted, /** @type {Error} */ {message}) {
+  const {bass, slot, file} = own, isWanted = () => own.slot === slot && sameValues(own.values, wanted);
+  const found = await own.lastPlayable(wanted, values => imageOf(bass.name, file, own.moved(values)).then(() => true, () => false));
+  if (!isWanted()) return; // somebody has moved it meanwhile
+  own.stopAt(found);
+  building.wanted = true;
+  if (own === bench()) {
+    showValues();
+    keepLink();
+    const {name} = found.symbol ? own.controls.get(found.symbol) : {name: ""};
+    say(found.symbol ? `${name} stops at ${benchText(found.symbol, own.value(found.symbol))}: beyond it ${message}.`
+      : `This neck cannot be played: ${message}. The bass is ${own.changed ? "as it was" : "the preset's"}.`);
+  }
+  setTimeout(buildWanted); // unless it is building already
 }
 
 // Moves a bass's crowns (m from the open strings) and pickups (m from the saddle) to their changed places.

@@ -12,7 +12,8 @@ const STILL = 0.0005; // s after the first hit, of the still
 // Shows the note; a still of it where motion is not wanted.
 export async function openMoving() {
   const bass = chosenBass(), {string, fret, velocity} = NOTE, note = bass.strings[string].note + fret;
-  const made = await move({performed: {string, note, velocity}}, await player.fileOf(bass.name)).catch(() => undefined);
+  const file = () => player.fileOf(bass.name); // a link's neck that cannot be played has been replaced the second time
+  const made = await file().catch(file).then(file => move({performed: {string, note, velocity}}, file)).catch(() => undefined);
   if (!made || player.sounding || state.early.length || see.replay || bass !== chosenBass()) return;
   const {hits} = showSlowly(made);
   state.repeats = true;

@@ -4,15 +4,18 @@ import {PRESET, benches, takePreset} from "../bench/benchview.js";
 import {player} from "../audio/player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "../pages/state.js";
-import {isTab, openTab} from "./tab.js";
+import {closeTab, isTab, openTab} from "./tab.js";
 import {Transport} from "./transport.js";
 import {WORDS} from "../words.js";
 
+const opened = {name: ""}; // of the last file that could be read; "": none
+
 // Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
-  transport.pause(0);
   const kernels = await player.kernels();
-  const song = state.song = new Song(await file.arrayBuffer(), player.context.sampleRate, kernels);
+  const song = new Song(await file.arrayBuffer(), player.context.sampleRate, kernels);
+  closeTab();
+  state.song = song;
   showParts();
   $("part").selectedIndex = Math.max(0, [...$("part").options].findIndex(({value}) => value === AUTO));
   $("roll").disabled = $("loop").disabled = $("transport").hidden = false;
@@ -22,10 +25,26 @@ export async function openSong(/** @type {File} */ file) {
   $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
 }
 
-// Opens a MIDI file or a tablature, or a preset if there is a bench for it.
-function tryToOpen(/** @type {File} */ file) {
-  if (PRESET.test(file.name) && benches.size) takePreset(file);
-  else busy($("open"), (isTab(file) ? openTab : openSong)(file)).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+// Takes the song off the page: a tablature has come in its place.
+function closeSong() {
+  transport.pause(0);
+  state.song = undefined;
+  $("roll").disabled = $("loop").disabled = $("parts").hidden = $("transport").hidden = true;
+  $("song-text").textContent = "";
+}
+
+// Opens a MIDI file or a tablature, or a preset if there is a bench for it. After a file that cannot be read, what was
+// open stays open.
+async function tryToOpen(/** @type {File} */ file) {
+  if (PRESET.test(file.name) && benches.size) return takePreset(file);
+  try {
+    await busy($("open"), (isTab(file) ? openTab : openSong)(file));
+    if (isTab(file)) closeSong();
+    opened.name = file.name;
+  } catch (error) {
+    const stays = opened.name ? `. ${opened.name} stays open` : "";
+    $("song-text").textContent = `${file.name}: ${/** @type {Error} */ (error).message}${stays}`;
+  }
 }
 
 // Lists the song's parts for the present bass; its key switches are not notes.

@@ -49,6 +49,14 @@ function take(/** @type {TabData} */ data) {
   show();
 }
 
+// Takes the tablature off the page: a song has come in its place.
+export function closeTab() {
+  transport.pause(0);
+  for (const each of marks) each.mark.remove();
+  [tab, marks] = [undefined, []];
+  $("tab").hidden = true;
+}
+
 // The tablature's events, each at the frame nearest to its time.
 function messages() {
   const frame = (/** @type {number} */ time) => Math.floor(time * player.context.sampleRate + 0.5 + TIE);
