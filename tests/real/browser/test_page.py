@@ -626,6 +626,17 @@ def test_dropouts_are_counted_and_a_longer_buffer_is_offered(page: Any) -> None:
         page.execute_script("player.context.playbackStats.underrunEvents = arguments[0]", count)
         page.execute_script("showMeters(arguments[0])", report)
         assert text(page, "faults") == says and page.find_element("id", "later").is_displayed() == offered
+    neck = "return document.getElementById('neck').getBoundingClientRect().top + scrollY"
+    calm = {**report, "load": 0.1}
+    for width, height in ((360, 800), (390, 844), (844, 390), (1280, 900), (1920, 1080)):
+        with resize(page, width, height):
+            tops = []
+            for count, overload in ((0, 0), (1, 0), (489, 0), (489, 1)):
+                page.execute_script("player.context.playbackStats.underrunEvents = arguments[0]", count)
+                page.execute_script("showMeters(arguments[0])", calm | {"overload": overload})
+                tops.append(page.execute_script(neck))
+            assert len(set(tops)) == 1, (width, tops)
+    page.execute_script("showMeters(arguments[0])", calm)
     page.find_element("id", "later").click()
     wait(lambda: page.execute_script("return document.readyState") == "complete")
     look_inside(page)
@@ -810,6 +821,10 @@ def test_axe_finds_nothing(page: Any, scheme: str) -> None:
         assert (int(ground.strip()[1:3], 16) > 128) == (scheme == "light")
         check()
         page.execute_script("$('lacks').textContent = 'It lacks something.'; $('lacks').hidden = false")
+        for pressed in (False, True):
+            shown = "for (const id of ['same', 'riff']) { $(id).hidden = false; setPressed($(id), arguments[0]); }"
+            page.execute_script(shown, pressed)
+            check()
         start(page)
         way(page, "Vibrato").click()
         chain(page).key_down("k").key_down("e").perform()
