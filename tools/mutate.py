@@ -13,7 +13,7 @@ A mutant changes a number, a sign or a comparison: it doubles a float constant o
 one, subtracts an added term (or the reverse), or inverts a comparison. All mutants of a run are compiled at once, each
 behind a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of
 the tree: one compilation takes some minutes, and the checkout stays as it is. Without a mutant the tests must pass.
-Then the tests run once per mutant, until one fails; the tests of the mutant's own room go first. The pinned sounds,
+Then the tests run once per mutant, until one fails; the tests of the mutant's own file and room go first. The pinned sounds,
 which notice any change but cannot tell right from wrong, run last, for mutants that no other test notices. A surviving
 mutant takes as long as all tests; no mutant is started after --minutes.
 
@@ -48,7 +48,17 @@ DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart", "
 LEFT = ("records.py", "machine/")  # memory sizes; functions with exact tests of their own
 SIZES = ("MAX_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MAX_EVENTS")
 TESTS = ["tests/unit/engine", "tests/unit/plugin/test_instrument.py"]
-OWN = {"bass": "tests/unit/plugin/test_instrument.py"}  # tests outside the engine's, by room of kernels
+OWN = {  # tests that go first, by a mutant's file; by its room, if they are outside the engine's
+    "bass": "tests/unit/plugin/test_instrument.py",
+    "effects/valve.py": "tests/unit/engine/effects/test_effects.py",
+    "hands/damping.py": "tests/unit/engine/hands/test_release.py",
+    "hands/noise.py": "tests/unit/engine/hands/test_noise.py",
+    "string/answers.py": "tests/unit/engine/string/test_answering.py",
+    "string/handover.py": "tests/unit/engine/string/test_handover.py",
+    "string/tension.py": "tests/unit/engine/string/test_tension.py",
+    "string/touch.py": "tests/unit/engine/hands/test_touch.py",
+    "string/turning.py": "tests/unit/engine/string/test_turned.py",
+}
 PINNED = "tests/unit/engine/test_pinned.py"
 SEARCH = "the search for a plate voltage takes other steps to the same nanovolt"
 HARMLESS = {  # mutants that no test can notice, by file and description, and why: they are not tried
@@ -173,13 +183,16 @@ PARENT = os.getppid()
 
 
 class Order:
-    """Puts the tests of a room first, which are in these files or folders, and the pinned sounds last."""
+    """Puts tests in the order of these files or folders, others behind them, and the pinned sounds last."""
 
-    def __init__(self, room):
-        self.room = room
+    def __init__(self, first):
+        self.first = first
 
     def pytest_collection_modifyitems(self, items):
-        items.sort(key=lambda item: (item.nodeid.startswith(pinned), not item.nodeid.startswith(tuple(self.room))))
+        items.sort(key=lambda item: (item.nodeid.startswith(pinned), self.place(item.nodeid)))
+
+    def place(self, name):
+        return next((k for k, begins in enumerate(self.first) if name.startswith(begins)), len(self.first))
 
 
 def noticed(k, room):
@@ -305,9 +318,9 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
 
 
 def room_of(mutant: Mutant) -> list[str]:
-    """Returns the paths of the tests for a mutant's room of kernels."""
+    """Returns the paths of the tests for a mutant's file and room of kernels, those that go first before others."""
     room = mutant.file.split("/")[0]
-    return [f"tests/unit/engine/{room}/", *filter(None, [OWN.get(room)])]
+    return [*filter(None, [OWN.get(mutant.file), OWN.get(room)]), f"tests/unit/engine/{room}/"]
 
 
 def fates(
