@@ -13,9 +13,9 @@ A mutant changes a number, a sign or a comparison: it doubles a float constant o
 one, subtracts an added term (or the reverse), or inverts a comparison. All mutants of a run are compiled at once, each
 behind a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of
 the tree: one compilation takes some minutes, and the checkout stays as it is. Without a mutant the tests must pass.
-Then the tests run once per mutant, until one fails; the tests of the mutant's own file and room go first. The pinned sounds,
-which notice any change but cannot tell right from wrong, run last, for mutants that no other test notices. A surviving
-mutant takes as long as all tests; no mutant is started after --minutes.
+Then the tests run once per mutant, until one fails; the tests of the mutant's own file and room go first. The pinned
+sounds, which notice any change but cannot tell right from wrong, run last, for mutants that no other test notices. A
+surviving mutant takes as long as all tests; no mutant is started after --minutes.
 
 The exit status is 1 if a mutant survives. That is not always a fault of the tests: doubling a tolerance, or a bound
 that is never reached, may do no harm.
