@@ -181,6 +181,7 @@ interface Playing {
 interface PlayerEvents {
   started: []; // the audio thread is there
   sounds: []; // it is heard from now on
+  soundless: []; // somebody wants to hear it, and no sound comes
   ends: []; // it will stop: notes may still end
   silent: []; // it stopped
   stopped: []; // somebody stopped it

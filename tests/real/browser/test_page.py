@@ -927,10 +927,8 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
 @pytest.mark.parametrize(
     "lack, says",
     [
-        ("delete window.AudioWorkletNode", "no AudioWorklet"),
         ("WebAssembly.validate = () => false", "no WebAssembly SIMD"),
         ("delete window.DecompressionStream", "no DecompressionStream"),
-        ("Object.defineProperty(window, 'isSecureContext', {value: false})", "not from http"),
         ("Navigator.prototype.requestMIDIAccess = undefined", "no Web MIDI"),
     ],
 )
@@ -942,6 +940,28 @@ def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str],
         assert says in said
         if "MIDI" not in says:
             assert not browser.execute_script("return player.ready")
+
+
+@pytest.mark.parametrize(
+    "lack, says",
+    [
+        ("delete window.AudioWorkletNode", "no AudioWorklet: strings move without sound"),
+        ("Object.defineProperty(window, 'isSecureContext', {value: false})", "Here strings move without sound"),
+        ("AudioContext.prototype.resume = () => new Promise(() => {})", "No sound comes from this browser"),
+    ],
+)
+def test_where_no_sound_comes_it_says_so_and_shows_the_pressed_note(
+    browser: Any, addresses: dict[str, str], lack: str, says: str
+) -> None:
+    with begun_by(browser, lack):
+        browser.get(addresses["disk"])
+        browser.execute_script(INSIDE)
+        wait(lambda: browser.execute_script("return player.ready && see.replay"))  # it opens moving
+        browser.find_element("css selector", '[data-string="1"][data-fret="3"]').click()
+        wait(lambda: says in text(browser, "lacks") + text(browser, "said"))
+        wait(lambda: text(browser, "seen").startswith("Without sound, slowly: "))
+        assert browser.execute_script("return [see.note.string, see.note.fret, player.sounding]") == [1, 3, False]
+        assert not errors(browser)
 
 
 def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:

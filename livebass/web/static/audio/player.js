@@ -7,6 +7,7 @@ import {isUnplayable, workshop} from "./workshop.js";
 
 const WARM = 400; // ms
 const MAX_AHEAD = 0.5; // s
+const SOUNDLESS = 2000; // ms from a press to the sentence that no sound comes
 const FADES = 60; // ms
 // Firefox on Linux can stop for ever when asked for its latency while it computes a sound: it is not asked. s
 const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
@@ -27,6 +28,7 @@ export class WorkletPlayer {
   constructor() {
     this.ready = false; // it can begin to play
     this.sounding = false; // somebody wants to hear it
+    this.isMute = false; // this place cannot sound: it only shows motions
     /** @type {AudioContext} */
     this.context = /** @type {any} */ (undefined);
     /** @type {AudioWorkletNode} */
@@ -128,6 +130,10 @@ export class WorkletPlayer {
   // Starts or resumes. Browsers run a context only right after a key, a button or the end of a touch: this waits for
   // that, and every call asks again, at once.
   async sound() {
+    if (this.isMute) {
+      this.emit("soundless");
+      return new Promise(() => {});
+    }
     await Promise.all([this.start(), this.resume()]);
     if (this.sounding) return; // another call came first
     this.sounding = true;
@@ -137,7 +143,8 @@ export class WorkletPlayer {
   // Browsers that tell whether somebody has touched the page write a warning if nobody has.
   async resume() {
     if (navigator.userActivation?.hasBeenActive === false) await new Promise(done => addEventListener("pointerup", done, {once: true}));
-    await this.context.resume();
+    const late = setTimeout(() => this.emit("soundless"), SOUNDLESS);
+    await this.context.resume().finally(() => clearTimeout(late));
   }
 
   silence() {

@@ -4,16 +4,21 @@ import {PAGE} from "./page.js";
 // A function that uses a vector instruction
 const SIMD = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
 
-// Tells what the browser, or the page's place, lacks for playing; undefined: nothing.
+// Tells what the browser, or the page's place, lacks for showing strings; undefined: nothing.
 export function lacking() {
   if (!PAGE.files && location.protocol === "file:")
     return "A page in a folder needs a web server. To play from a disk, export it with --single.";
-  if (!window.isSecureContext) return "Browsers play this page from https, from localhost or from a disk only, not from http.";
-  if (!window.AudioWorkletNode) return "This browser has no AudioWorklet: it cannot play. Chrome, Edge, Firefox and Safari 16.4 or later can.";
   if (!window.WebAssembly || !WebAssembly.validate(new Uint8Array(SIMD)))
     return "This browser has no WebAssembly SIMD: it cannot play. Chrome 97, Edge 97, Firefox 89 and Safari 16.4 or later can.";
   if (PAGE.files && !window.DecompressionStream)
     return "This browser has no DecompressionStream: it cannot open this page. Chrome 97, Edge 97, Firefox 113 and Safari 16.4 or later can.";
+  return undefined;
+}
+
+// Tells what is lacking for sound; undefined: nothing.
+export function lackingSound() {
+  if (!window.isSecureContext) return "Browsers play this page from https, from localhost or from a disk only, not from http. Here strings move without sound.";
+  if (!window.AudioWorkletNode) return "This browser has no AudioWorklet: strings move without sound. Chrome, Edge, Firefox and Safari 16.4 or later play.";
   return undefined;
 }
 

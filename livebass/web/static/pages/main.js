@@ -14,7 +14,7 @@ import "./inside.js";
 import {showSavedBass} from "../bench/bass.js";
 import {makeBench, takeLink} from "../bench/benchview.js";
 import {showLinked} from "./cases.js";
-import {lacking} from "./files.js";
+import {lacking, lackingSound} from "./files.js";
 import {player} from "../audio/player.js";
 import {openMoving} from "./opening.js";
 import {goOn, showButtons} from "../neck/replay.js";
@@ -51,8 +51,13 @@ function look(/** @type {number} */ now) {
   showButtons();
 }
 
+function notice(/** @type {string} */ text) {
+  $("lacks").textContent = text;
+  $("lacks").hidden = false;
+}
+
 function begin() {
-  player.start().catch(() => {}); // reported where it happened
+  if (!player.isMute) player.start().catch(() => {}); // reported where it happened
   if (!showLinked() && !showLinkedStory() && !showLinkedMoment(requested)) openMoving();
 }
 
@@ -62,13 +67,14 @@ makeBench();
 showSavedBass();
 takeLink();
 if (PAGE.offline && isSecureContext) navigator.serviceWorker?.register("offline.js").catch(() => {}); // it needs the network then
-const lack = lacking();
+const lack = lacking(), mute = lackingSound();
 if (PAGE.watching) {
   watch(PAGE.watching);
 } else if (lack) {
-  $("lacks").textContent = lack;
-  $("lacks").hidden = false;
+  notice(lack);
 } else {
+  player.isMute = mute !== undefined;
+  if (mute) notice(mute);
   player.load().then(begin, error => say(`The page cannot be opened: ${error.message}`, true));
 }
 requestAnimationFrame(look);

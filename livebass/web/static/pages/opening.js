@@ -1,6 +1,7 @@
-// The page's first seconds: a hard note on the chosen bass, slow and silent, before anybody has touched anything.
-import {tell} from "../neck/line.js";
-import {chosenBass} from "./page.js";
+// Notes that are seen and not heard: a hard note on the chosen bass in the page's first seconds, before anybody has touched
+// anything, and what somebody plays where no sound comes.
+import {contactsOf, tell} from "../neck/line.js";
+import {$, chosenBass, say} from "./page.js";
 import {player} from "../audio/player.js";
 import {goTo, move, showSlowly} from "../neck/replay.js";
 import {state} from "./state.js";
@@ -8,6 +9,7 @@ import {pictures, see} from "../neck/view.js";
 
 const NOTE = {string: 0, fret: 3, velocity: 127};
 const STILL = 0.0005; // s after the first hit, of the still
+const NO_SOUND = "No sound comes from this browser: it has no sound device, or holds the page's sound back. Strings move without sound.";
 
 // Shows the note; a still of it where motion is not wanted.
 export async function openMoving() {
@@ -22,3 +24,23 @@ export async function openMoving() {
   goTo((hits[0]?.frame ?? made.frame) - made.first + STILL * player.context.sampleRate);
   tell("This string is computed, not recorded. Press it, or press Replay to see it move.");
 }
+
+// The string on which a key without one is shown: the highest that has the note.
+function stringOf(/** @type {number} */ note) {
+  const {strings, frets} = chosenBass();
+  return strings.findLastIndex(string => note >= string.note && note <= string.note + frets);
+}
+
+// Shows the last key that was pressed in vain.
+async function showUnheard() {
+  const key = state.early.at(-1), bass = chosenBass(), string = key?.string ?? (key ? stringOf(key.note) : -1);
+  state.early = [];
+  if (!player.isMute) say(NO_SOUND, true);
+  if (!key || string < 0) return;
+  const made = await move({performed: {string, note: key.note, velocity: key.velocity}}, await player.fileOf(bass.name));
+  const {hits} = showSlowly(made);
+  tell(`Without sound, slowly: ${contactsOf(hits.length)}.`);
+}
+
+player.on("soundless", () => { showUnheard().catch(error => say(`The note cannot be shown: ${error.message}`)); });
+player.on("sounds", () => { if ($("said").textContent === NO_SOUND) say(""); });
