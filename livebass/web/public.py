@@ -6,13 +6,15 @@ import json
 import re
 from collections.abc import Iterable
 from html import escape
+from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 from livebass.web.modules import text
 
-MANIFEST, WORKER, ELEMENT = "manifest.webmanifest", "offline.js", "embed.js"
-PUBLIC = (MANIFEST, WORKER, ELEMENT)
+MANIFEST, WORKER, ELEMENT, CARD = "manifest.webmanifest", "offline.js", "embed.js", "card.png"
+PUBLIC = (MANIFEST, WORKER, ELEMENT, CARD)
+PICTURE, CARD_SIZE = Path(__file__).with_name(CARD), (1200, 630)  # beside links; px: tools/card.py draws it
 GROUND = "#15110e"  # as in style.css
 ABOUT = "An electric bass, computed from physics as you play: see and hear its strings hit the frets."
 ICON = re.compile(r'<link rel="icon" href="([^"]*)">')
@@ -32,8 +34,10 @@ def head(page: dict[str, Any]) -> str:
     lines = [f'<meta name="description" content="{ABOUT}">']
     if address := page.get("address"):
         tags = {"type": "website", "title": f"livebass: {page['basses'][0]['title']}", "description": ABOUT,
-                "url": address}  # fmt: skip
+                "url": address, "image": urljoin(address, CARD), "image:width": str(CARD_SIZE[0]),
+                "image:height": str(CARD_SIZE[1]), "image:alt": "A bass string that hits the frets"}  # fmt: skip
         lines += [f'<meta property="og:{name}" content="{escape(words)}">' for name, words in tags.items()]
+        lines.append('<meta name="twitter:card" content="summary_large_image">')
         lines.append(f'<link rel="canonical" href="{escape(address)}">')
     if page.get("offline"):
         lines.append(f'<link rel="manifest" href="{MANIFEST}">')
@@ -49,4 +53,5 @@ def public_files(names: Iterable[str], digest: str) -> dict[str, bytes]:
     }  # fmt: skip
     files = ["./", *(f"{name}?v={digest}" for name in names)]
     worker = text(WORKER).replace("DIGEST", digest).replace('["FILES"]', json.dumps(files))
-    return {MANIFEST: json.dumps(manifest).encode(), WORKER: worker.encode(), ELEMENT: text(ELEMENT).encode()}
+    made = {MANIFEST: json.dumps(manifest), WORKER: worker, ELEMENT: text(ELEMENT)}
+    return {name: words.encode() for name, words in made.items()} | {CARD: PICTURE.read_bytes()}

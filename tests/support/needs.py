@@ -84,7 +84,7 @@ def missing(needed: str, package: str = "", part: str = "", error: Exception | N
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Lists the tests that .ci/run runs again: elsewhere if they were skipped for want of a part, alone if they failed."""
+    """Lists the tests that .ci/run runs again: elsewhere if skipped for want of a part, alone if they failed."""
     if os.environ.get("LIVEBASS_LIST_TESTS"):
         found = terminalreporter.stats
         for report in found.get("skipped", []):

@@ -79,7 +79,7 @@ def simulate(
         >>> moved.displacement().shape, moved.contacts.fret.size > 100
         ((2206,), True)
     """
-    trial = _trial(instrument, PluckRequest(**pluck), rate, solver, shape_at, states=True)
+    trial = _trial(instrument, PluckRequest(**pluck), rate, solver, tuple(shape_at), states=True)
     return Solved(trial, _solve(trial, solver))
 
 

@@ -1193,6 +1193,9 @@ def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
     wait(lambda: page.execute_script("return saved.length === 2"))
     size, name = page.execute_script("return [saved[1][0].size, saved[1][1]]")
     assert size > 5000 and name.rpartition(".")[2] in ("mp4", "webm")
+    kept = "arguments[0](inBase64(new Uint8Array(await saved[1][0].arrayBuffer())))"
+    clip = base64.b64decode(page.execute_async_script(f"(async () => {{ {kept} }})()"))
+    assert name.endswith("webm") or b"avc1" in clip, "few programs open VP9 in MP4"
 
 
 def test_pictures_show_the_pitch_that_sounds(page: Any) -> None:

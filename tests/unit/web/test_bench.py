@@ -129,7 +129,8 @@ for (const {symbol, minimum, maximum, step} of bench.controls.values()) {
     bench.set(symbol, end);
     const stays = bench.link() === stands;
     bench.set(symbol, values[symbol] ?? 0);
-    const returns = bench.value(symbol) === (values[symbol] ?? 0), playable = [wanted, {...wanted, [symbol]: stop}, beyond];
+    const returns = bench.value(symbol) === (values[symbol] ?? 0);
+    const playable = [wanted, {...wanted, [symbol]: stop}, beyond];
     stops.push([symbol, end, stop, step, stays, returns]);
     for (const each of playable) stops.at(-1).push(await isPlayable(each));
   }

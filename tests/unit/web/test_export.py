@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import struct
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from livebass.web.bench import Source
 from livebass.web.export import bass_data, export_page, is_page
 from livebass.web.layout import WAYS
 from livebass.web.link import check_link
+from livebass.web.public import CARD_SIZE
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
 MAX_BYTES = 3_000_000
@@ -51,9 +53,9 @@ def with_earlier(*presets: str) -> list[str]:
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
     files = [
-        "app.js", *(f"basses/{name}" for name in with_earlier(*FOUR)), "embed.js", "index.html", "livebass.wasm",
-        "manifest.webmanifest", "offline.js", "recorded/LICENSE.txt", "recorded/note.flac", "style.css", "worker.js",
-        "worklet.js",
+        "app.js", *(f"basses/{name}" for name in with_earlier(*FOUR)), "card.png", "embed.js", "index.html",
+        "livebass.wasm", "manifest.webmanifest", "offline.js", "recorded/LICENSE.txt", "recorded/note.flac",
+        "style.css", "worker.js", "worklet.js",
     ]  # fmt: skip
     for single, wanted in ((["--single"], ["livebass.html"]), ([], files)):
         folder = tmp_path / f"page{len(single)}"
@@ -88,10 +90,27 @@ def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
     assert mine.is_dir()
 
 
+def without_links(html: str) -> str:
+    """The HTML without the addresses of links, which load nothing until somebody follows them."""
+    assert 'href="https://doi.org/' in html, "the paper is a touch away"
+    return re.sub(r'<a href="https://[^"]*"', "<a", html)
+
+
+def test_links_to_a_page_with_an_address_have_a_picture(tmp_path: Path) -> None:
+    slap = {"slap": load_preset("slap")}
+    page = export_page(slap, tmp_path / "page", more={"address": "https://example.org/bass/"})
+    html = page.read_text("utf-8")
+    shown = re.findall(r'<meta property="og:image" content="([^"]*)">', html)
+    assert shown == ["https://example.org/bass/card.png"] and "twitter:card" in html
+    head = (page.parent / "card.png").read_bytes()[:24]  # a PNG's signature, and its size
+    assert head[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">2I", head[16:]) == CARD_SIZE
+    assert "og:image" not in export_page(slap, tmp_path / "page").read_text("utf-8")
+
+
 def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Path) -> None:
     bass, digests = load_preset("slap"), []
     for basses in (["slap"], ["slap", "other"], ["slap"]):
-        html = (page := export_page(dict.fromkeys(basses, bass), tmp_path / "page")).read_text("utf-8")
+        html = without_links((page := export_page(dict.fromkeys(basses, bass), tmp_path / "page")).read_text("utf-8"))
         digests.append(page_of(page)["digest"])
         requested = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
         assert sorted(requested) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
@@ -99,7 +118,7 @@ def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Pa
 
 
 def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
-    html = export_page({"slap": load_preset("slap")}, tmp_path / "page", single=True).read_text("utf-8")
+    html = without_links(export_page({"slap": load_preset("slap")}, tmp_path / "page", single=True).read_text("utf-8"))
     policy = re.findall(r'Content-Security-Policy" content="([^"]*)"', html)
     assert len(policy) == 1 and "default-src 'none'" in policy[0] and "connect-src" not in policy[0]
     assert not re.findall(r"""(?:src|href)=["'](?!data:)""", html.split("<script>")[0])

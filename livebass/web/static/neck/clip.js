@@ -7,6 +7,9 @@ import {state} from "../pages/state.js";
 import {pictures, see} from "./view.js";
 
 const POSTER = {width: 1600, height: 1000}; // px
+// Kinds of video, the first that a browser records: phones and messengers take H.264 in MP4. Without codecs some browsers
+// put VP9 into MP4, which few programs open
+const KINDS = ["video/mp4;codecs=avc1.42E01E,mp4a.40.2", "video/mp4;codecs=avc1,mp4a.40.2", "video/mp4;codecs=avc1,opus", "video/webm", "video/mp4"];
 const CLIP = {rate: 30, shortest: 3, longest: 12}; // pictures a second; s of the slow part
 
 function titleOf() {
@@ -41,7 +44,7 @@ async function during(/** @type {number} */ seconds, /** @type {(part: number) =
 
 async function saveClip() {
   const {replay} = see, sheet = make("canvas", POSTER);
-  const kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));
+  const kind = KINDS.find(type => MediaRecorder.isTypeSupported(type));
   if (!replay || !kind) throw new Error("the browser records no video");
   await player.sound();
   const {context} = player, sound = context.createMediaStreamDestination();
@@ -74,7 +77,8 @@ async function saveClip() {
   if (!see.replay) return;
   $("clip").disabled = false;
   if (!parts.some(part => part.size)) throw new Error("this machine is too slow");
-  save(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
+  const [type] = kind.split(";");
+  save(new Blob(parts, {type}), fileName(type.slice(6)));
 }
 
 $("picture").onclick = savePicture;
