@@ -225,6 +225,8 @@ def noticed(k, room):
         for line in lines:
             if line.startswith(("FAILED ", "ERROR ")):
                 return line.split()[1].removeprefix("tests/")
+    if ended[1]:
+        print(f"the tests ended with status {ended[1]}: {open(said, errors='replace').read()[-2000:]}", file=sys.stderr)
     return "" if ended[1] == 0 else f"status {ended[1]}"
 
 

@@ -12,8 +12,9 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from html import escape
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -40,6 +41,7 @@ from livebass.web.stories import shown_stories
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
+NEEDED = 6  # files to begin with: scripts, style, kernels and a bass
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes at a page's start; they hold both
 BODY = 0.3  # m from the saddle, shown beside some frets: pickups and the right hand
@@ -87,8 +89,8 @@ def export_page(
         files |= {ELEMENT: text(ELEMENT).encode()} if element else {}
     else:
         files = page_files(basses, quality, sources, {**more, "offline": True})
-        names = [quote(name) for name in files if name != INDEX]
-        files |= public_files(names, digest_of({name: data for name, data in files.items() if name != INDEX}))
+        names = ["app.js", "style.css", *map(quote, by_need(files, next(iter(basses))))]
+        files |= public_files(names, NEEDED, digest_of({name: data for name, data in files.items() if name != INDEX}))
     write_files(Path(folder), files, is_page)
     return Path(folder) / (SINGLE if single else INDEX)
 
@@ -262,15 +264,18 @@ def shown_pickup(pickup: Pickup, bass: Instrument) -> dict[str, Any]:
 
 
 def single_page(files: dict[str, bytes]) -> bytes:
-    """Returns the page in one file: script and style inline, everything else packed."""
+    """Returns the page in one file: script and style inline, everything else packed behind them.
+
+    So a browser shows the neck while the rest is on its way; what is needed first comes first.
+    """
     style, script = files["style.css"].decode(), files["app.js"].decode()
-    packed = {
-        name: base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
-        for name, data in files.items()
-        if name not in (INDEX, "app.js", "style.css")
-    }
     index = files[INDEX].decode()
-    page = json.loads(index.split(DATA)[1].split("</script>")[0]) | {"files": packed}
+    page = json.loads(index.split(DATA)[1].split("</script>")[0]) | {"packed": True}
+    packed = [
+        f'<script type="text/plain" data-file="{escape(name)}">'
+        f"{base64.b64encode(gzip.compress(files[name], 9, mtime=0)).decode()}</script>\n"
+        for name in by_need(files, page["basses"][0]["name"])
+    ]
     policy = POLICIES[True].format(scripts=policy_source(script), styles=policy_source(style))
     made = html(page, policy)
     for found, put in (
@@ -279,7 +284,20 @@ def single_page(files: dict[str, bytes]) -> bytes:
     ):
         assert made.count(found) == 1
         made = made.replace(found, put)
-    return made.encode()
+    return made.replace("</body>", f"{''.join(packed)}</body>").encode()
+
+
+def by_need(files: Iterable[str], first: str) -> list[str]:
+    """Returns the names of a page's packed or kept files in the order in which it needs them.
+
+    First are kernels and scripts, then the bass called `first`, other basses, their earlier revisions, and the rest.
+    """
+    begins = (MODULE, "worker.js", "worklet.js", f"{BASSES}/{first}{ENDING}", f"{BASSES}/")
+
+    def turn(name: str) -> tuple[int, bool]:
+        return next((k for k, begin in enumerate(begins) if name.startswith(begin)), len(begins)), "@" in name
+
+    return sorted((name for name in files if name not in (INDEX, "app.js", "style.css")), key=turn)
 
 
 def html(page: dict[str, Any], policy: str) -> str:

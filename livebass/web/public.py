@@ -34,24 +34,27 @@ def head(page: dict[str, Any]) -> str:
     lines = [f'<meta name="description" content="{ABOUT}">']
     if address := page.get("address"):
         tags = {"type": "website", "title": f"livebass: {page['basses'][0]['title']}", "description": ABOUT,
-                "url": address, "image": urljoin(address, CARD), "image:width": str(CARD_SIZE[0]),
-                "image:height": str(CARD_SIZE[1]), "image:alt": "A bass string that hits the frets"}  # fmt: skip
+                "url": address}  # fmt: skip
+        if not page.get("packed"):  # a single file has no picture beside it
+            tags |= {"image": urljoin(address, CARD), "image:width": str(CARD_SIZE[0]),
+                     "image:height": str(CARD_SIZE[1]), "image:alt": "A bass string that hits the frets"}  # fmt: skip
+            lines.append('<meta name="twitter:card" content="summary_large_image">')
         lines += [f'<meta property="og:{name}" content="{escape(words)}">' for name, words in tags.items()]
-        lines.append('<meta name="twitter:card" content="summary_large_image">')
         lines.append(f'<link rel="canonical" href="{escape(address)}">')
     if page.get("offline"):
         lines.append(f'<link rel="manifest" href="{MANIFEST}">')
     return "\n".join(lines)
 
 
-def public_files(names: Iterable[str], digest: str) -> dict[str, bytes]:
-    """Returns the files of PUBLIC for a page with the files `names` and their digest."""
+def public_files(names: Iterable[str], needed: int, digest: str) -> dict[str, bytes]:
+    """Returns the files of PUBLIC for a page with the files `names`, the first `needed` at once, and their digest."""
     icon = {"src": ICON.findall(text("index.html"))[0], "sizes": "any", "type": "image/svg+xml"}
     manifest = {
         "name": "livebass", "short_name": "livebass", "description": ABOUT, "start_url": "./", "display": "standalone",
         "background_color": GROUND, "theme_color": GROUND, "icons": [icon],
     }  # fmt: skip
-    files = ["./", *(f"{name}?v={digest}" for name in names)]
-    worker = text(WORKER).replace("DIGEST", digest).replace('["FILES"]', json.dumps(files))
+    versions = [f"{name}?v={digest}" for name in names]
+    worker = text(WORKER).replace("DIGEST", digest).replace('["FILES"]', json.dumps(["./", *versions[:needed]]))
+    worker = worker.replace('["LATER"]', json.dumps(versions[needed:]))
     made = {MANIFEST: json.dumps(manifest), WORKER: worker, ELEMENT: text(ELEMENT)}
     return {name: words.encode() for name, words in made.items()} | {CARD: PICTURE.read_bytes()}

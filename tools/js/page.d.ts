@@ -123,7 +123,7 @@ interface PageData {
   digest: string;
   tier: number;
   watching?: string;
-  files: Record<string, string>;
+  packed?: boolean; // all its files are in the page
   parameters: Record<ControlName | "technique", Parameter>;
   sight: {SIGHT: RecordFields, SLOT_SIGHT: RecordFields & {seen: number}};
   buttons: PlayButton[];

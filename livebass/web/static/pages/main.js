@@ -26,6 +26,7 @@ import {draw, pictures, see, showPitch} from "../neck/view.js";
 import {watch} from "./watch.js";
 
 const PITCH_EVERY = 120; // ms
+const RESTED = 20000; // ms after the page was opened
 const FULL = 0.7; // load of the audio thread at which pictures are dropped, to leave the machine to the sound
 const SHED = 100; // ms from one picture to the next then
 const last = {pitch: 0, picture: 0}; // times of the last ones, ms
@@ -51,6 +52,13 @@ function look(/** @type {number} */ now) {
   showButtons();
 }
 
+// Has the page's files kept for use without a network: what it needs now, the rest once it has rested.
+async function keepForLater() {
+  await navigator.serviceWorker?.register("offline.js");
+  const {active} = await navigator.serviceWorker.ready;
+  setTimeout(() => active?.postMessage("keep"), RESTED);
+}
+
 function notice(/** @type {string} */ text) {
   $("lacks").textContent = text;
   $("lacks").hidden = false;
@@ -66,7 +74,7 @@ const requested = location.hash; // taking it changes it
 makeBench();
 showSavedBass();
 takeLink();
-if (PAGE.offline && isSecureContext) navigator.serviceWorker?.register("offline.js").catch(() => {}); // it needs the network then
+if (PAGE.offline && isSecureContext) keepForLater().catch(() => {}); // it needs the network then
 const lack = lacking(), mute = lackingSound();
 if (PAGE.watching) {
   watch(PAGE.watching);
