@@ -154,6 +154,7 @@ def page_files(
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
     data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories}
+    data["sliders"] = take_out_shared([has["sliders"] for has in benches.values() if has])
     if NOTE["bass"] in basses and known[NOTE["bass"]] == Source(NOTE["bass"]):
         files |= recorded_files()
         data["recorded"] = NOTE
@@ -200,8 +201,22 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
             b._asdict() | {"everywhere": b.symbol in OF_CHANNEL, "stroke": STROKE_OF[TECHNIQUE_ROWS[b.symbol].number]}
             for b in BUTTONS
         ],
+        "sliders": {},
         "basses": basses,
     }
+
+
+def take_out_shared(benches: list[list[dict[str, Any]]]) -> dict[str, dict[str, Any]]:
+    """Takes what a slider has on all basses, such as its limits, out of their benches; returns it, by symbol."""
+    shared: dict[str, dict[str, Any]] = {}
+    for slider in (slider for sliders in benches for slider in sliders):
+        known = shared.setdefault(slider["symbol"], dict(slider))
+        shared[slider["symbol"]] = {key: value for key, value in known.items() if slider.get(key) == value}
+    for slider in (slider for sliders in benches for slider in sliders):
+        for key in shared[slider["symbol"]]:
+            if key != "symbol":
+                del slider[key]
+    return shared
 
 
 def bass_data(name: str, bass: Instrument) -> dict[str, Any]:

@@ -47,7 +47,7 @@ PAGE = """
 const [page, files, wasm] = arguments;
 Object.assign(globalThis, tested);
 globalThis.benches = new Map();
-for (const bass of page.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, page.parameters));
+for (const bass of page.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, page));
 globalThis.base64 = bytes => Buffer.from(bytes).toString("base64");
 globalThis.module = new WebAssembly.Module(require("fs").readFileSync(wasm));
 globalThis.ask = message => {

@@ -123,6 +123,7 @@ interface PageData {
   digest: string;
   tier: number;
   watching?: string;
+  sliders: Record<string, object>; // what they have in common on all basses, by symbol
   packed?: boolean; // all its files are in the page
   parameters: Record<ControlName | "technique", Parameter>;
   sight: {SIGHT: RecordFields, SLOT_SIGHT: RecordFields & {seen: number}};

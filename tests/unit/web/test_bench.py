@@ -259,8 +259,8 @@ def test_a_bad_preset_is_told_in_a_line(page: node.Page, text: str, says: str) -
 
 def test_a_link_names_an_earlier_revision_that_the_page_has(page: node.Page) -> None:
     read = (
-        "const {bass, parameters} = benches.get('slap');"
-        "const all = new Map([['slap', new Bench({...bass, revision: 2, earlier: [1]}, parameters)]]);"
+        "const {bass, page} = benches.get('slap');"
+        "const all = new Map([['slap', new Bench({...bass, revision: 2, earlier: [1]}, page)]]);"
         "const {revision = null} = Bench.fromLink(arguments[0], all); return revision"
     )
     assert [page.run(read, f"like=slap&revision={number}") for number in (1, 2)] == [1, None]
@@ -276,8 +276,8 @@ def test_a_slider_that_had_another_name_is_found(page: node.Page, monkeypatch: p
     monkeypatch.setattr("livebass.web.bench.RENAMED", renamed)
     basses, sources = {"slap": load_preset("slap")}, {"slap": Source("slap")}
     with_old_name = (
-        "const {of, bass, parameters} = benches.get('slap');"
-        "const old = new Map([['slap', new Bench({...bass, bench: {...of, renamed: arguments[1]}}, parameters)]]);"
+        "const {of, bass, page} = benches.get('slap');"
+        "const old = new Map([['slap', new Bench({...bass, bench: {...of, renamed: arguments[1]}}, page)]]);"
     )
     link, toml = "like=slap&string_height=-0.2&tone=0.25", 'like = "slap"\n\n[bench]\nstring_height = -0.2\n'
     check_link(link, basses, sources)
@@ -300,9 +300,9 @@ def test_undo_and_redo_go_to_the_states_between(page: node.Page) -> None:
         ]
         cases.append(rng.sample(steps, rng.randint(1, len(steps))))
     found = page.run(
-        "const {bass, parameters} = benches.get('slap');"
+        "const {bass, page} = benches.get('slap');"
         "return arguments[0].map(steps => {"
-        "  const bench = new Bench(bass, parameters), all = () => JSON.parse(JSON.stringify(bench.slots));"
+        "  const bench = new Bench(bass, page), all = () => JSON.parse(JSON.stringify(bench.slots));"
         "  for (const [name, ...given] of steps) bench[name](...given);"
         "  while (bench.redo());"
         "  const last = all(), undoable = bench.before.length; let undone = 0;"

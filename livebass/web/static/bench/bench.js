@@ -15,12 +15,14 @@ function checkFormat(/** @type {string} */ format) {
 }
 
 export class Bench {
-  // `bass`: one of the page's basses with a bench. `parameters`: of the playing, by symbol, as plugins have them.
-  constructor(bass, parameters) {
+  // `bass`: one of the page's basses with a bench. `page`: its `parameters` of the playing, by symbol, as plugins have
+  // them, and what `sliders` of all its basses have in common, by symbol.
+  constructor(bass, page) {
     this.bass = bass;
-    this.parameters = parameters;
+    this.page = page;
+    this.parameters = page.parameters;
     this.of = bass.bench;
-    this.controls = new Map(this.of.sliders.map(slider => [slider.symbol, slider]));
+    this.controls = new Map(this.of.sliders.map(slider => [slider.symbol, {...page.sliders[slider.symbol], ...slider}]));
     this.slots = {A: {}, B: {}}; // by symbol: values other than 0; 0 keeps the preset's
     this.slot = "A";
     this.before = []; // states for `undo`, the oldest first ...

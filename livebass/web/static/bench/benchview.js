@@ -20,7 +20,7 @@ export const bench = () => benches.get($("bass").value);
 
 // Makes the benches and everything that does not depend on the bass; opens the page's link.
 export function makeBench() {
-  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE.parameters));
+  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE));
   for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
   $("undo").onclick = () => onBench(() => bench().undo());
   $("redo").onclick = () => onBench(() => bench().redo());
