@@ -55,7 +55,9 @@ def _velocities(text: str) -> tuple[int, ...]:
 @options.count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
 @options.seed_option()
 @options.option(
-    "--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]"
+    "--technique",
+    click.Choice(TECHNIQUES),
+    "Technique of all notes.  [default: by the file names, or fingers; each preset's own]",
 )
 @options.file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
 @options.flag("--tell", "Say how well each bass can be told from real ones, instead of comparing.")
@@ -119,7 +121,7 @@ def compare(
     except ValueError as error:
         raise click.UsageError(f"--preset {error}") from None
     with shown_progress("telling" if tell else "measuring") as progress:
-        result = telling(found, progress) if tell else compare_basses(found, progress)
+        result = telling(found, progress, how["quality"], say) if tell else compare_basses(found, progress)
 
     def drawn() -> str:
         from livebass.lab.comparison.page import page

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypedDict, Unpack
 
 from livebass.lab.comparison.comparing import Comparison, compare_basses
-from livebass.lab.comparison.notes import measure_notes, render_notes
+from livebass.lab.comparison.notes import measure_notes, own_technique, render_notes
 from livebass.lab.comparison.summary import Bass, basses
 from livebass.lab.comparison.telling import example
 from livebass.preset.load import load_preset
@@ -44,7 +44,8 @@ def compare(
             in names tell dynamics and technique, see `livebass compare --help`.
         presets: Presets that play the same notes, by name or path.
         beside: Recordings to compare in place of presets.
-        technique: Of all notes: "fingers", "pick", "slap", "pop" or "mute"; None: by the names.
+        technique: Of all notes: "fingers", "pick", "slap", "pop" or "mute"; None: of recordings by their names, of
+            a preset its own.
         progress: Gets the fraction done, 0 to 1.
 
     Keyword Args:
@@ -90,12 +91,16 @@ def play_presets(
 ) -> list[Bass]:
     """Returns the presets that play the notes of the real ones among the basses `like`, or an example's.
 
-    taken: files and folders, whose names no preset gets. Raises ValueError for a preset without any of the pitches.
+    Each plays the notes of its own technique, if there are any. taken: files and folders, whose names no preset gets.
+    Raises ValueError for a preset without any of the pitches.
     """
     notes = [note for bass in like if not bass.rendered for note in bass.notes] or example()
     names, found = _names([*map(Path, taken), *map(Path, presets)]), list[Bass]()
     for preset in presets:
-        made = render_notes(load_preset(preset), notes, technique=technique, **how)
+        bass = load_preset(preset)
+        own = technique or own_technique(bass)
+        alike = [note for note in notes if note.technique == own] or notes
+        made = render_notes(bass, alike, technique=own, **how)
         if not made:
             raise ValueError(f"{preset}: it has none of the pitches of {taken[0] if taken else 'the example'}")
         found += basses(names[Path(preset)], made, rendered=True)
