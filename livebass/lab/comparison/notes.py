@@ -93,7 +93,7 @@ def measure_notes(
     notes: list[Note] = []
     for each in paths:
         path = Path(fspath(each))
-        files = _sounds_in(path) if path.is_dir() else [path]
+        files = sounds_in(path) if path.is_dir() else [path]
         if not files:
             raise RecordingError(f"{path}: has no sound file, such as {either(sorted(SOUNDS))}")
         unheard = []
@@ -113,7 +113,7 @@ def measure_notes(
     return _by_dynamics(notes)
 
 
-def _sounds_in(folder: Path) -> list[Path]:
+def sounds_in(folder: Path) -> list[Path]:
     """Returns the sound files in a folder and its subfolders, sorted."""
     files = sorted(folder.rglob("*"))
     return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]

@@ -73,7 +73,7 @@ def read_basses(
     """Returns the basses in files and folders, and the files in which no note with a pitch is heard."""
     real, other = [Path(path) for path in recordings], [Path(path) for path in beside]
     folders, files = [path for path in real if path.is_dir()], [path for path in real if not path.is_dir()]
-    names, left_out, found = _names([*folders, *other]), list[str](), list[Bass]()
+    names, left_out, found = names_of([*folders, *other]), list[str](), list[Bass]()
     for name, paths in [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]:
         found += basses(name, measure_notes(paths, technique, left_out))
     for path in other:
@@ -95,7 +95,7 @@ def play_presets(
     Raises ValueError for a preset without any of the pitches.
     """
     notes = [note for bass in like if not bass.rendered for note in bass.notes] or example()
-    names, found = _names([*map(Path, taken), *map(Path, presets)]), list[Bass]()
+    names, found = names_of([*map(Path, taken), *map(Path, presets)]), list[Bass]()
     for preset in presets:
         bass = load_preset(preset)
         own = technique or own_technique(bass)
@@ -107,7 +107,7 @@ def play_presets(
     return found
 
 
-def _names(paths: Sequence[Path]) -> dict[Path, str]:
+def names_of(paths: Sequence[Path]) -> dict[Path, str]:
     """Names basses by the last part of their folders, files and presets, or by the whole path where two are equal."""
     short = {path: one_line(path.resolve().name if path.is_dir() else path.stem) for path in paths}
     taken = Counter(short.values())
