@@ -118,14 +118,15 @@ class Telling:
 
 
 def telling(
-    basses: Sequence[Bass], progress: Progress | None = None, quality: str = "studio", say: Say = silent
-) -> Telling:
+    basses: Sequence[Bass], progress: Progress | None = None, quality: str = "studio", say: Say = silent,
+    transferred: bool = True,
+) -> Telling:  # fmt: skip
     """Returns how well each of some basses can be told from real ones, tracked by `progress`.
 
     The real ones among them count as such beside the shipped ones. If one is rendered, the shipped presets play the
-    same pitches in `quality`, in parallel, for the transfer AUC.
+    same pitches in `quality`, in parallel, for the transfer AUC, which takes minutes; not without `transferred`.
     """
-    rendered = [bass for bass in basses if bass.rendered]
+    rendered = [bass for bass in basses if bass.rendered and transferred]
     names = [name for name in other_presets() if name not in {bass.name for bass in rendered}] if rendered else []
     step = steps(progress, 2 * len(basses) + len(names))
     groups = []
@@ -133,14 +134,15 @@ def telling(
         groups.append(group(bass))
         step()
     real = with_given([each for bass, each in zip(basses, groups, strict=True) if not bass.rendered])
-    others = [each for bass, each in zip(basses, groups, strict=True) if bass.rendered and bass.name in preset_names()]
+    shipped = set(preset_names())
+    others = [each for bass, each in zip(basses, groups, strict=True) if bass in rendered and bass.name in shipped]
     if rendered:
         keys = sorted({key_of(note) for bass in rendered for note in bass.notes})
         others += play_others(names, keys, max(len(bass.ranks) for bass in rendered), quality, say, step)
     found = []
     for bass, each in zip(basses, groups, strict=True):
         told = tell(each, real)
-        if bass.rendered:
+        if bass in rendered:
             told = replace(told, transfer=transfer(each, [o for o in others if o.bass != bass.name], real))
         found.append(told)
         step()
