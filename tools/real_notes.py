@@ -23,10 +23,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from livebass.lab.comparison.groups import FIGURES, note_row
 from livebass.lab.comparison.notes import measure_notes
 from livebass.lab.comparison.rows import ALL, ROWS
 from livebass.lab.comparison.summary import Bass, basses, distances, figures
-from livebass.lab.comparison.telling import FIGURES, note_row
 
 HERE = Path(__file__).parent
 PLACE = HERE.parent / "livebass" / "lab" / "comparison"

@@ -20,7 +20,7 @@ preset:
     summary(ours)["hard"]["centroid_20"]                        # median over the hardest notes; "soft", "v78" ...
     (bass,) = basses("mine", ours, rendered=True)               # one for each technique
     outside(figures(bass), bass.technique)                      # {("centroid_20", "hard"): 241.2, ...}, 0 inside
-    print(telling([bass]).table())                              # how well it can be told from real ones
+    print(telling([bass], transferred=False).table())           # how well it can be told from real ones
     distance(ours[0].sound, real[0].sound, ours[0].rate, other_rate=real[0].rate)  # dB
 
 `livebass compare` prints all of it, through `compare`.

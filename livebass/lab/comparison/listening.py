@@ -19,7 +19,7 @@ from livebass.lab.comparison.notes import Note
 from livebass.lab.comparison.summary import same_pitch
 from livebass.rows.arrays import Floats
 from livebass.rows.units import cents, note_name
-from livebass.sound.meter import LoudnessMeter
+from livebass.sound.analysis import loudness
 
 MAXIMUM = 24  # real notes on a page
 LONGEST = 3.0  # s of a note
@@ -62,13 +62,13 @@ def rows(shown: Sequence[Compared]) -> list[Row]:
 
 
 def _row(real: Note, of: Compared, others: Sequence[Compared]) -> Row:
-    cut = _excerpt(real)
+    cut = excerpt(real)
     players = [(of.bass.title, real, cut, 0.0, math.nan)]
     for other in others:
         found = [n for n in other.bass.notes if same_pitch(n.pitch, real.pitch)]
         if found:
             note = min(found, key=lambda n: (_apart(real, n), abs(n.rank - real.rank)))
-            sound = _excerpt(note)
+            sound = excerpt(note)
             gain = _loudness_apart(cut, real.rate, sound, note.rate)
             players.append((other.bass.title, note, sound * 10 ** (gain / 20), gain, between(real.shape, note.shape)))
     lower = min(1.0, *(CEILING / max(float(np.abs(sound).max()), 1e-9) for _, _, sound, _, _ in players))
@@ -88,10 +88,10 @@ def _apart(a: Note, b: Note) -> float:
     return math.inf if math.isnan(found) else found
 
 
-def _excerpt(note: Note) -> Floats:
-    """A note from its attack on, LONGEST at most, faded so the end does not click."""
+def excerpt(note: Note, longest: float = LONGEST) -> Floats:
+    """Returns a note from its attack on, `longest` (s) at most, faded so the end does not click, (n,)."""
     begin = max(0, attack(note.sound, note.rate) - round(LEAD * note.rate))
-    sound = np.array(note.sound[begin:][: round(LONGEST * note.rate)], np.float64)
+    sound = np.array(note.sound[begin:][: round(longest * note.rate)], np.float64)
     fade = min(round(FADE * note.rate), sound.size)
     sound[sound.size - fade :] *= np.linspace(1, 0, fade)
     return sound
@@ -100,11 +100,7 @@ def _excerpt(note: Note) -> Floats:
 def _loudness_apart(a: Floats, rate_a: int, b: Floats, rate_b: int) -> float:
     """The dB by which `a` is louder than `b` (BS.1770), over their common time; 0 if one is silent."""
     seconds = min(a.size / rate_a, b.size / rate_b)
-    found = []
-    for sound, rate in ((a, rate_a), (b, rate_b)):
-        meter = LoudnessMeter(rate)
-        meter.add(sound[: round(seconds * rate)])
-        found.append(meter.loudness())
+    found = [loudness(sound[: round(seconds * rate)], rate) for sound, rate in ((a, rate_a), (b, rate_b))]
     return found[0] - found[1] if all(map(math.isfinite, found)) else 0.0
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from livebass.lab.comparison.floor import SHAPE, density, typical
 from livebass.lab.comparison.ringing import HIGHEST, NO_RINGING, Ringing, partials, ringing
 from livebass.lab.comparison.ringing import OCTAVES as T60_OCTAVES
 from livebass.rows.arrays import Complexes, Floats, Ints
@@ -295,8 +296,8 @@ def _t60(note: _Note, rings: Ringing) -> dict[str, Any]:
     note.until(0.6)
     found: dict[str, Any] = {}
     for key, (low, high) in zip(T60_KEYS, pairwise(T60_OCTAVES), strict=True):
-        inside = rings.t60[(rings.frequency >= low) & (rings.frequency < high)]
-        found[key] = float(np.median(inside)) if inside.size else "no partial that decays clearly"
+        inside = rings.between(low, high)
+        found[key] = float(np.median(inside)) if inside.size else "no partial that decays clearly over the noise"
     steps = np.diff(np.log(rings.t60))
     found["t60_scatter"] = float(np.std(steps)) / math.sqrt(2) if steps.size >= 5 else "fewer than six partials"
     return found
@@ -435,7 +436,7 @@ def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Sound between partials at 0.4 s: in three bands relative to the whole note then, and its level in all three."""
     length = max(0.2, 12 / note.pitch)
     piece = note.around(0.4, length)
-    nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, 12.0), 2.0)
+    nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, SHAPE), 2.0)
     free = _free(note, nu, 0.3)
     step = nu[1]
     whole = float(power[nu > 0.5 * note.pitch].sum())
@@ -452,20 +453,17 @@ def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 def _floors(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Noise floor from 0.8 to 1.5 s: power per kHz between partials, by band, relative to the note's first 0.3 s."""
-    piece = note.part(*STEADY)
-    window = np.kaiser(piece.size, 12.0)
-    nu, power = _spectrum(piece, note.rate, window)
-    density = power * 2000 / (note.rate * float(np.sum(window**2)))
+    nu, power = density(note.part(*STEADY), note.rate)
     free = _free(note, nu, 0.3)
     loud = _db(_power(note.part(0.0, BODY)))
     found: dict[str, Any] = {}
     for key, (low, high) in zip(FLOOR_KEYS, FLOORS, strict=True):
         inside = free & (nu >= low) & (nu < high)
-        typical = float(np.median(density[inside])) / math.log(2) if inside.any() else 0.0  # the median of noise
+        level = 1000 * typical(power[inside])
         if high > 0.47 * note.rate:
             found[key] = f"rate {note.rate:g} Hz: nothing is known up to {high:g} Hz"
         else:
-            found[key] = 10 * math.log10(typical) - loud if typical > 0 else "no gap in it, or silence"
+            found[key] = _db(level) - loud if level > 0 else "no gap in it, or silence"
     return found
 
 
@@ -473,7 +471,7 @@ def _lines(note: _Note, rings: Ringing) -> dict[str, Any]:
     """The strongest line between partials from 60 to 700 Hz, 0.3 to 1.3 s, relative to the whole note then."""
     note.until(1.3)
     piece = note.low.part(0.3, 1.3)
-    window = np.kaiser(piece.size, 12.0)
+    window = np.kaiser(piece.size, SHAPE)
     nu, power = _spectrum(piece, note.low.rate, window)
     free = (nu > LINES[0]) & (nu < LINES[1]) & _free(note, nu, APART)
     free &= np.abs(nu / note.pitch - np.round(nu / note.pitch)) > APART

@@ -20,7 +20,16 @@ import numpy as np
 from livebass.engine.engine import Engine
 from livebass.lab.comparison.distance import shape
 from livebass.lab.comparison.measures import Measures, measure
-from livebass.lab.comparison.names import DEFAULT_TECHNIQUE, NOTE, SILENCE, info_of_name, is_quiet, strength, words_of
+from livebass.lab.comparison.names import (
+    DEFAULT_TECHNIQUE,
+    NOTE,
+    SILENCE,
+    TECHNIQUES,
+    info_of_name,
+    is_quiet,
+    strength,
+    words_of,
+)
 from livebass.lab.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, note_frequency
 from livebass.model.quality import QUALITIES
@@ -84,7 +93,7 @@ def measure_notes(
     notes: list[Note] = []
     for each in paths:
         path = Path(fspath(each))
-        files = _sounds_in(path) if path.is_dir() else [path]
+        files = sounds_in(path) if path.is_dir() else [path]
         if not files:
             raise RecordingError(f"{path}: has no sound file, such as {either(sorted(SOUNDS))}")
         unheard = []
@@ -104,7 +113,7 @@ def measure_notes(
     return _by_dynamics(notes)
 
 
-def _sounds_in(folder: Path) -> list[Path]:
+def sounds_in(folder: Path) -> list[Path]:
     """Returns the sound files in a folder and its subfolders, sorted."""
     files = sorted(folder.rglob("*"))
     return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]
@@ -197,9 +206,10 @@ def render_notes(
 ) -> list[Note]:
     """Returns notes of a preset, a name, file or bass: the pitches and number of dynamics of `like`, `takes` of each.
 
-    velocities: of the dynamics, from soft to hard; by default from 30 to 127 over the dynamics of `like`. Each note is
-    played alone, by a player with its own `seed`; one per pitch is released after 1 s. Pitches that the bass cannot
-    play are skipped. Raises PresetError, and ValueError for an invalid quality, velocity or number of takes.
+    technique: by which the notes are compared, by default the preset's own. velocities: of the dynamics, from soft to
+    hard; by default from 30 to 127 over the dynamics of `like`. Each note is played alone, by a player with its own
+    `seed`; one per pitch is released after 1 s. Pitches that the bass cannot play are skipped. Raises PresetError, and
+    ValueError for an invalid quality, velocity or number of takes.
     """
     bass = load_preset(preset) if isinstance(preset, str) else preset
     one_of("quality", quality, QUALITIES)
@@ -210,21 +220,21 @@ def render_notes(
     if not speeds or any(not 1 <= v <= 127 for v in speeds) or sorted(speeds) != speeds:
         raise refusal("velocities", "from 1 to 127, from soft to hard", speeds)
     engine = Engine(bass, QUALITIES[quality], RATE, seed)
-    played = technique or (plucked[0].technique if plucked else DEFAULT_TECHNIQUE)
-    keys = sorted({round(69 + 12 * math.log2(n.pitch / 440)) for n in plucked})
+    played = technique or own_technique(bass)
+    keys = sorted({key_of(n) for n in plucked})
     keys = [key for key in keys if strings_of_key(bass, key)]
     notes = []
     for key in keys:
         for rank, velocity in enumerate(speeds):
             for take in range(takes):
                 number = seed + 1 + take + takes * (rank + len(speeds) * key)
-                sound, is_open = _play_note(engine.another(number), key, velocity, HELD, 0.0)
+                sound, is_open = play_alone(engine.another(number), key, velocity)
                 notes.append(
                     Note(f"{bass.name} {key} v{velocity}", sound, RATE, note_frequency(key), played, "note",
                          f"v{velocity}", rank, str(key), is_open)
                 )  # fmt: skip
         middle = speeds[len(speeds) // 2]
-        sound, _ = _play_note(engine.another(seed), key, middle, RELEASED, AFTER)
+        sound, _ = play_alone(engine.another(seed), key, middle, RELEASED, AFTER)
         released = sound[round(RELEASED * RATE) :]
         notes.append(Note(f"{bass.name} {key} released", released, RATE, note_frequency(key), played, "release",
                           f"v{middle}", place=str(key)))  # fmt: skip
@@ -242,7 +252,22 @@ def strings_of_key(bass: Instrument, key: int) -> list[int]:
     return [i for i, (s, n) in both if 0 <= key - s.open_note <= len(n.fret_positions)]
 
 
-def _play_note(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
+def own_technique(bass: Instrument) -> str:
+    """Returns the technique of a bass by itself, one of names.TECHNIQUES; pops of a slapped bass count as slaps."""
+    player = bass.player
+    if player.technique == "slap":
+        return "slap"
+    if player.palm_resistance > 0:
+        return "mute"
+    return player.stroke if player.stroke in TECHNIQUES else DEFAULT_TECHNIQUE
+
+
+def key_of(note: Note) -> int:
+    """Returns the MIDI number of the nearest key."""
+    return round(69 + cents(note.pitch / 440) / 100)
+
+
+def play_alone(engine: Engine, key: int, velocity: int, held: float = HELD, tail: float = 0.0) -> tuple[Floats, bool]:
     """Returns one note, `held` (s) plus a `tail` (s), strings summed, (n,); and whether the string is open."""
     score = score_of([(0.0, held, key, velocity)], RATE)
     events = engine.another(engine.seed).play_messages(score.frames, score.messages)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypedDict, Unpack
 
 from livebass.lab.comparison.comparing import Comparison, compare_basses
-from livebass.lab.comparison.notes import measure_notes, render_notes
+from livebass.lab.comparison.notes import measure_notes, own_technique, render_notes
 from livebass.lab.comparison.summary import Bass, basses
 from livebass.lab.comparison.telling import example
 from livebass.preset.load import load_preset
@@ -44,7 +44,8 @@ def compare(
             in names tell dynamics and technique, see `livebass compare --help`.
         presets: Presets that play the same notes, by name or path.
         beside: Recordings to compare in place of presets.
-        technique: Of all notes: "fingers", "pick", "slap", "pop" or "mute"; None: by the names.
+        technique: Of all notes: "fingers", "pick", "slap", "pop" or "mute"; None: of recordings by their names, of
+            a preset its own.
         progress: Gets the fraction done, 0 to 1.
 
     Keyword Args:
@@ -72,7 +73,7 @@ def read_basses(
     """Returns the basses in files and folders, and the files in which no note with a pitch is heard."""
     real, other = [Path(path) for path in recordings], [Path(path) for path in beside]
     folders, files = [path for path in real if path.is_dir()], [path for path in real if not path.is_dir()]
-    names, left_out, found = _names([*folders, *other]), list[str](), list[Bass]()
+    names, left_out, found = names_of([*folders, *other]), list[str](), list[Bass]()
     for name, paths in [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]:
         found += basses(name, measure_notes(paths, technique, left_out))
     for path in other:
@@ -90,19 +91,23 @@ def play_presets(
 ) -> list[Bass]:
     """Returns the presets that play the notes of the real ones among the basses `like`, or an example's.
 
-    taken: files and folders, whose names no preset gets. Raises ValueError for a preset without any of the pitches.
+    Each plays the notes of its own technique, if there are any. taken: files and folders, whose names no preset gets.
+    Raises ValueError for a preset without any of the pitches.
     """
     notes = [note for bass in like if not bass.rendered for note in bass.notes] or example()
-    names, found = _names([*map(Path, taken), *map(Path, presets)]), list[Bass]()
+    names, found = names_of([*map(Path, taken), *map(Path, presets)]), list[Bass]()
     for preset in presets:
-        made = render_notes(load_preset(preset), notes, technique=technique, **how)
+        bass = load_preset(preset)
+        own = technique or own_technique(bass)
+        alike = [note for note in notes if note.technique == own] or notes
+        made = render_notes(bass, alike, technique=own, **how)
         if not made:
             raise ValueError(f"{preset}: it has none of the pitches of {taken[0] if taken else 'the example'}")
         found += basses(names[Path(preset)], made, rendered=True)
     return found
 
 
-def _names(paths: Sequence[Path]) -> dict[Path, str]:
+def names_of(paths: Sequence[Path]) -> dict[Path, str]:
     """Names basses by the last part of their folders, files and presets, or by the whole path where two are equal."""
     short = {path: one_line(path.resolve().name if path.is_dir() else path.stem) for path in paths}
     taken = Counter(short.values())

@@ -1,8 +1,9 @@
 """Finds the partials of a note and their decay, T60.
 
 A partial's level is read in windows of four periods of the note, whose zeros lie on the other partials. A straight
-line is fitted to it from 0.1 s on, down to 30 dB below. Partials less than 10 dB above the noise between them are left
-out.
+line is fitted to it from 0.1 s on, down to 30 dB below, while it stands 10 dB over the noise floor: the level halfway
+between partials in the last third of the note. The peaks of noise look like partials that never decay, so a band tells
+no T60 if half of its partials drown.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from livebass.lab.comparison.floor import typical
 from livebass.lab.identification.partials import median_line
 from livebass.rows.arrays import Floats, Ints
 
@@ -19,21 +21,30 @@ OCTAVES = (50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)  # Hz, limi
 HIGHEST = OCTAVES[-1]  # Hz, of a partial
 PERIODS = 4  # of a note in a window
 FROM, DOWN = 0.1, 30.0  # s after the attack; dB
-FAINTEST, CLEAR = 60.0, 10.0  # dB below the loudest partial; dB over the noise between partials
+FAINTEST, CLEAR = 60.0, 10.0  # dB below the loudest partial; dB over the noise floor
+BESIDE = 4  # gaps on each side that tell the noise at a partial: one gap alone fades at times
+DROWNED = 0.5  # of the partials of a band: it tells no T60
 NEAR = 0.12  # of f0: the search range around the expected place of a partial
 SHORTEST = 0.15  # s of decay; shorter ones are ignored
 
 
 @dataclass(frozen=True)
 class Ringing:
-    """The partials of a note that decay, (n,) each."""
+    """The partials of a note that decay, (n,) each, and those that drown in its noise."""
 
     number: Ints  # from 1, the fundamental
     frequency: Floats  # Hz
     t60: Floats  # s
+    drowned: Floats  # Hz, (m,): partials that do not stand over the noise for SHORTEST
+
+    def between(self, low: float, high: float) -> Floats:
+        """Returns the T60 (s) of the partials from `low` to `high` Hz; none if half of them drown."""
+        found = self.t60[(self.frequency >= low) & (self.frequency < high)]
+        below = np.count_nonzero((self.drowned >= low) & (self.drowned < high))
+        return found if below < DROWNED * (found.size + below) else found[:0]
 
 
-NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
+NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | None = None) -> Ringing:
@@ -58,23 +69,40 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
 
     if starts.size < 2:
         return NO_RINGING
-    tones, noise = level(frames, found), np.median(level(frames[-8:], found + f0 / 2), axis=0)
+    tones, noise = level(frames, found), _noise(level(frames[2 * starts.size // 3 :], found + f0 / 2))
     kept: list[tuple[int, float, float]] = []
+    drowned = _missing(numbers, found, f0, rate)
+    faintest = tones[0].max() - FAINTEST
     for k in range(found.size):
         start = tones[0, k]
-        if start < tones[0].max() - FAINTEST:
-            continue
-        clear = (tones[:, k] > start - DOWN) & (tones[:, k] > noise[k] + CLEAR)
+        over = tones[:, k] > noise[k] + CLEAR
+        clear = over & (tones[:, k] > start - DOWN)
         count = int(np.argmin(clear)) if not clear.all() else clear.size
-        if (count - 1) * hop < SHORTEST * rate or count < 4:
+        if start < faintest or (count - 1) * hop < SHORTEST * rate or count < 4:
+            if not over[: count + 1].all():
+                drowned.append(float(found[k]))
             continue
         seconds = np.arange(count) * hop / rate
         slope = np.polyfit(seconds, tones[:count, k], 1)[0]  # dB/s
         if slope < -0.1:
             kept.append((int(numbers[k]), float(found[k]), float(-60 / slope)))
-    if not kept:
-        return NO_RINGING
-    return Ringing(*(np.array(column) for column in zip(*kept, strict=True)))
+    columns = zip(*kept, strict=True) if kept else ((), (), ())
+    number, frequency, t60 = (np.array(column) for column in columns)
+    return Ringing(number.astype(np.int64), frequency, t60, np.array(drowned))
+
+
+def _noise(gaps: Floats) -> Floats:
+    """Returns the noise at each partial, dB, (n,), by the levels in the gap above each, (frames, n)."""
+    power = 10 ** (gaps / 10)
+    each = (power[:, max(0, k - BESIDE) : k + BESIDE + 1] for k in range(gaps.shape[1]))
+    return np.array([10 * math.log10(typical(near) + 1e-30) for near in each])
+
+
+def _missing(numbers: Ints, found: Floats, f0: float, rate: float) -> list[float]:
+    """Returns the places (Hz) of the partials up to HIGHEST that are not found."""
+    every = np.arange(1, int(min(HIGHEST, 0.45 * rate) / f0) + 1)
+    places = every * np.interp(every, numbers, found / numbers)
+    return [float(nu) for j, nu in zip(every, places, strict=True) if j not in numbers]
 
 
 def partials(sound: Floats, rate: float, f0: float) -> tuple[Ints, Floats]:

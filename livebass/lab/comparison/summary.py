@@ -160,11 +160,9 @@ def _t60(bass: Bass) -> dict[str, Figure]:
     stopped = [n for n in bass.notes if not n.open] if known else list(bass.notes)
 
     def t60(notes: Sequence[Note], low: float, high: float) -> Figure:
-        rings = [n.measures.ringing for n in notes]
-        inside = [r.t60[(r.frequency >= low) & (r.frequency < high)] for r in rings]
-        together = np.concatenate([np.zeros(0), *inside])
+        together = np.concatenate([np.zeros(0), *(n.measures.ringing.between(low, high) for n in notes)])
         if together.size < FEWEST:
-            return Figure(math.nan, f"fewer than {FEWEST} partials that decay clearly")
+            return Figure(math.nan, f"fewer than {FEWEST} partials that decay clearly over the noise")
         return Figure(float(np.median(together)))
 
     found = {f"t60_{low:.0f}": t60(stopped, low, high) for low, high in pairwise(OCTAVES)}

@@ -17,6 +17,7 @@ import soundfile
 
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.floor import HARMONICS
+from livebass.lab.comparison.floor import density, typical
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.notes import AFTER, RELEASED, Note
 from livebass.lab.comparison.ringing import ringing
@@ -217,11 +218,9 @@ def _hum(silence: Note) -> tuple[float, float]:
 
 def _noise(silence: Floats, rate: int) -> float:
     """The level of a floor up to CUTOFF that is as dense as a silence; its lines, a hum, do not count."""
-    window = np.hanning(silence.size)
-    power = 2 * np.abs(np.fft.rfft(silence * window)) ** 2 / (rate * np.sum(window**2))
-    nu = np.arange(power.size) * rate / silence.size
+    nu, power = density(silence, rate)
     inside = power[(nu > LEVEL[0]) & (nu < min(LEVEL[1], 0.45 * rate))]
-    return math.sqrt(WIDTH * float(np.median(inside)) / math.log(2)) + 1e-12  # the median of noise
+    return math.sqrt(WIDTH * typical(inside)) + 1e-12
 
 
 def _medium(recorded: Recorded) -> list[Note]:

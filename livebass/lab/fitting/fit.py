@@ -16,6 +16,7 @@ from livebass.engine.engine import Engine
 from livebass.lab.comparison.measures import attack
 from livebass.lab.comparison.notes import Note, spread_velocities
 from livebass.lab.comparison.rows import STRUCK
+from livebass.lab.comparison.transfer import SAME_BASS
 from livebass.lab.experiment.workers import Compute
 from livebass.lab.fitting import estimates
 from livebass.lab.fitting.bounds import STEP, Free, Tables, free_numbers, round_digits, step, string_table
@@ -36,7 +37,6 @@ from livebass.preset.source import PresetError
 from livebass.report.progress import Say, silent
 from livebass.rows.units import note_name
 
-SAME_BASS = ("drop-d", "five-string", "six-string")  # jazz-finger with other strings
 LABORATORY = "paper"  # presets whose names begin so are heard by a sensor
 VELOCITY = 90  # at which presets are equally loud
 ENOUGH = 0.8  # of the notes that any preset plays

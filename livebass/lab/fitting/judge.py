@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from livebass.lab.comparison.notes import Note
-from livebass.lab.fitting.notes import Place, key_of
+from livebass.lab.comparison.notes import Note, key_of
+from livebass.lab.fitting.notes import Place
 from livebass.lab.fitting.problem import Problem
 from livebass.lab.fitting.target import Difference, Heard, apart, measure_note, when
 

@@ -20,12 +20,12 @@ import numpy as np
 
 from livebass.lab.comparison.measures import attack, begins_late
 from livebass.lab.comparison.names import NOTE, SILENCE
-from livebass.lab.comparison.notes import Note, measure_notes, strings_of_key
+from livebass.lab.comparison.notes import Note, key_of, measure_notes, strings_of_key
 from livebass.lab.fitting.guide import Step
 from livebass.lab.identification.doubts import clipped_tops
 from livebass.lab.identification.partials import RecordingError
 from livebass.model.instrument import Instrument
-from livebass.rows.units import cents, note_name, one_line
+from livebass.rows.units import note_name, one_line
 
 SHORTEST = 1.3  # s of a note
 FEWEST = 6  # different notes, counted by pitch, string and layer
@@ -97,11 +97,6 @@ def read_notes(
         _of_kind(notes, "release"), _of_kind(notes, SILENCE), normalized,
         (*doubts, *said, *_defects(plucked)), _digest(made),
     )  # fmt: skip
-
-
-def key_of(note: Note) -> int:
-    """The MIDI number of the nearest note."""
-    return round(69 + cents(note.pitch / 440) / 100)
 
 
 def string_of(bass: Instrument, place: Place) -> int | None:

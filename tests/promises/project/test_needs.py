@@ -18,7 +18,7 @@ from livebass.system.extras import REFERENCE, USES, install, requirements
 
 RECORDING = str(RECORDINGS / "picked-g.flac")
 TWO = ("--vary", "pluck.apex=1mm:2mm:2", "--duration", "10ms", "-q", "live", "-o", "sweep")
-EXTRAS = ("analysis", "cluster", "export", "fit", "live", "osc", "plots", "tab")
+EXTRAS = ("analysis", "cluster", "export", "fit", "hear", "live", "osc", "plots", "tab")
 NEEDED = [  # (extras, a distribution or all of the extras' that the command needs, command line)
     ("analysis", "scipy tomlkit", ("identify", RECORDING)),
     ("analysis", "scipy", ("study", "claims", "b-first-contact")),
@@ -26,6 +26,7 @@ NEEDED = [  # (extras, a distribution or all of the extras' that the command nee
     ("analysis,plots", "scipy matplotlib jinja2", ("study", "b", "-o", "paper")),
     ("plots", "", ("study", "sweep", *TWO)),
     ("plots", "", ("compare", RECORDING, "-o", "compared.html")),
+    ("hear", "", ("compare", RECORDING, "--hear")),
     ("plots", "", ("bench", "live", "--plot", "bench.png")),
     ("analysis,fit,plots", "cmaes scipy matplotlib jinja2", ("fit", RECORDING, "-o", "mine.toml")),
     ("analysis,fit", "cmaes scipy", ("fit", RECORDING, "--no-page", "-o", "mine.toml")),

@@ -46,6 +46,48 @@ def test_decay_and_levels() -> None:
     assert math.isnan(found["t60_3200"]) and "no partial" in found.missing["t60_3200"]
 
 
+def in_noise(floor: float, seed: int, seconds: float = 3.0) -> Floats:
+    """Partials up to 6 kHz with T60 of 6 s, from 800 Hz on 3 s, in white noise `floor` dB below the first of them."""
+
+    def level(j: int, t: Floats) -> Floats:
+        return 10 ** (0.06 * (j - 1)) * 10 ** (-3 * t / (6.0 if j * F0 < 800 else 3.0))
+
+    sound = note(count=90, t60=1e9, level=level, seconds=seconds)  # each partial 0.8 dB below the last
+    first = 2 * abs(np.mean(sound[:RATE] * np.exp(-2j * math.pi * F0 * TIME[:RATE])))
+    noise = np.random.default_rng(seed).normal(size=sound.size)
+    return sound + first * 10 ** (-floor / 20) * noise / math.sqrt(2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("floor", "drowned"), [(60.0, 0), (25.0, 1), (5.0, 2)])
+def test_decay_over_a_noise_floor(floor: float, drowned: int, seed: int) -> None:
+    """Bands that stand over the noise tell T60 as without it; bands that drown tell none.
+
+    A window of 61 ms hears a partial 31 dB over the sum of white noise: from 1.6 to 3.2 kHz partials begin 19 to 39 dB
+    below the first, so 10 dB over a floor of -25 dB at most of them, and of -5 dB at few; above that, at none.
+    """
+    octaves = {50: 6.0, 100: 6.0, 200: 6.0, 400: 6.0, 800: 3.0, 1600: 3.0, 3200: 3.0}
+    for seconds in (1.6, 3.0):  # as the fit hears it, and as `compare` does
+        found = measure(in_noise(floor, seed, seconds), RATE, F0)
+        for k, (low, t60) in enumerate(octaves.items()):
+            key = f"t60_{low}"
+            if k < len(octaves) - drowned:
+                assert found[key] == pytest.approx(t60, rel=0.12), (key, seconds)
+            else:
+                assert math.isnan(found[key]) and "over the noise" in found.missing[key], (key, seconds, found[key])
+
+
+def test_noise_alone_does_not_decay() -> None:
+    """One partial in noise, and noise that fades out with it: no other octave tells a T60."""
+    for seed in range(6):
+        noise = np.random.default_rng(seed).normal(size=TIME.size)
+        for fading in (np.ones(TIME.size), np.clip(1.2 - TIME / 2.5, 0, 1)):
+            sound = fading * (note(count=1, t60=6.0) + 0.01 * noise)
+            found = measure(sound, RATE, F0)
+            told = {key for key in found if key.startswith("t60_") and not math.isnan(found[key])}
+            assert told == {"t60_50"}, (seed, told)
+
+
 @pytest.mark.parametrize("f0", [41.2, 65.4, 130.8])
 def test_glide_of_ten_cents(f0: float) -> None:
     """Ten cents until 0.5 s, none later: each partial shows them early and late."""

@@ -11,7 +11,9 @@ import pytest
 from support.command import Run, cli_text, refusal
 from support.places import GROWLY
 
-from livebass.lab.comparison.telling import FIGURES, NOISE, Group, group, real, tell
+from livebass.lab.comparison.groups import FIGURES, NOISE, Group, group, real
+from livebass.lab.comparison.summary import Bass
+from livebass.lab.comparison.telling import tell
 
 
 def mix(change: float = 0.05) -> Group:
@@ -84,5 +86,5 @@ def test_what_cannot_be_told(run: Run, tmp_path: Path) -> None:
 
 
 def test_groups_need_notes_of_two_pitches() -> None:
-    with pytest.raises(ValueError, match="mine has 0 notes of 0 pitches"):
-        group("mine", [])
+    with pytest.raises(ValueError, match="mine, fingers has 0 notes of 0 pitches"):
+        group(Bass("mine", "fingers", False, ()))
