@@ -18,7 +18,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO
 from livebass.model.quality import Quality
-from livebass.rows.units import OFF
+from livebass.rows.parts import SILENT
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; they still sound at the second
@@ -39,9 +39,7 @@ REST = 0.3  # s of silence after each run
 
 def even(bass: Instrument) -> Instrument:
     """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
-    player = replace(
-        bass.player, unevenness=0.0, skin_noise=OFF, pick_noise=OFF, release_noise=OFF, floor_noise=OFF, hum=OFF
-    )
+    player = replace(bass.player, **{**SILENT, "unevenness": 0.0, "squeak": bass.player.squeak})
     return replace(bass, player=player)
 
 
