@@ -15,14 +15,14 @@ pickup would hear them through its own comb. This model omits that.
   gently, in proportion, so a knock never stands far above the note it ends; a string at rest gets none. Notes that are
   cut, or ended by another note on the same string, do not knock. No two releases are alike: with a `release_spread` of
   1 the knock is up to UNLIKE dB louder or softer; it fades 0.84 to 1.8 times as fast, and the hand is as much firmer.
-- Rub: a finger of the fretting hand that comes down or leaves (player/placing.py). It sets out at once, slows down
-  until it rests, and is never cut. Noise and windings, which it passes at up to RUB_SPEED, take a half of the power
-  each; the power follows the speed. A flat string has no windings: only noise.
+- Rub: 350 to 2000 Hz, a finger of the fretting hand that comes down or leaves (player/placing.py). It sets out quickly,
+  slows down and comes to rest. It passes windings at up to RUB_SPEED, which give WINDINGS of the power, and noise gives
+  the rest; the power follows the speed. On a flat string there is only noise.
 
 Levels: from notes and release noises of five real electric basses. 30 ms rms over that of a medium note: a release's
-1.5 to 4 kHz -36 dB (80 % of takes: -45 to -28) and all of it -8 dB, in 76 releases of a Killer KB-Simmony; -20 dB (-25 to
--14) and -10 dB in 28 of a Squier Jazz Bass. Rubs, 25 fretting noises of the first bass: -20 to -31 dB, centroid 0.8 to
-2.5 kHz, within 6 dB of the loudest 10 ms for 37 to 125 ms. All are CC0: Karoryfer's fashionbass and growlybass.
+1.5 to 4 kHz -36 dB (80 % of takes: -45 to -28) and all of it -8 dB, in 76 releases of a Killer KB-Simmony; -20 dB (-25
+to -14) and -10 dB in 28 of a Squier Jazz Bass. Rubs, 25 fretting noises of the first bass: -20 to -31 dB, centroid 0.8
+to 2.5 kHz, within 6 dB of the loudest 10 ms for 37 to 125 ms. All are CC0: Karoryfer's fashionbass and growlybass.
 
 Each frame draws a random number from the seed and the count of noise frames so far: a note sounds the same whenever it
 is played, and no two notes are alike.
@@ -40,7 +40,8 @@ SKIN_BAND, SKIN_TIME = (800.0, 5000.0), 3.5e-3  # Hz; s
 CLICK_BAND, CLICK_TIME, LANDING = (1200.0, 6000.0), 1.5e-3, 0.3
 KNOCK_LOWEST, KNOCK_HIGHEST, KNOCK_TIME = 130.0, 1300.0, 22e-3  # the second without a cutoff
 QUICKER, EITHER_WAY, UNLIKE = 0.3, 0.56, 4.5  # octaves, in the mean and to either side of it; dB to either side
-RUB_BAND, RUB_SPEED, RUB_LEVEL = (450.0, 3000.0), 0.7, 0.1  # ; m/s; over the medium pluck's corner speed
+RUB_BAND, RUB_SPEED, RUB_LEVEL = (350.0, 2000.0), 0.7, 0.02  # ; m/s; over the medium pluck's corner speed
+WINDINGS = 0.7  # of a rub's power
 RUB_FADE = 3e-3  # s: what is left when another finger begins, or the last one has stopped
 SKEWED = 6.75  # the greatest speed of x (1 - x)^2 is 1 / SKEWED, at x = 1/3
 LATER = 0.32  # level of a medium note 1 s after its onset, over its corner's speed
@@ -155,9 +156,9 @@ def next_rub(voice):
             rub.passed += moving * passed
             if rub.passed >= 1.0:
                 rub.passed -= 1.0
-                x = rub.speed * np.sqrt(0.5 / (EVEN * passed * moving))
-    noise = rub.speed * chance(voice.seed, RUBS_APART + rub.drawn)
-    x += noise * np.sqrt(0.5) if voice.wound > 0.0 else noise
+                x = rub.speed * np.sqrt(WINDINGS / (EVEN * passed * moving))
+    rest = 1.0 - WINDINGS if voice.wound > 0.0 else 1.0
+    x += rub.speed * np.sqrt(rest) * chance(voice.seed, RUBS_APART + rub.drawn)
     rub.drawn += 1
     heard = next_of_band(rub.band, x)
     if rub.wait == 0 and rub.frame >= rub.frames and not INAUDIBLE < rub.speed < np.inf:

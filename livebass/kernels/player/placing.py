@@ -1,11 +1,11 @@
 """The sounds of the fretting hand between notes: fingers that come down on another fret, and fingers that leave.
 
-A finger comes down with the stroke of its note: live playing cannot know a note earlier, and files and tablatures follow
-the same rule. The finger sounds if it was elsewhere, or has left meanwhile, and if the hand has had HAND_TIME since its
-last note: a chord is one movement. The first note of all makes no sound, as the hand is ready for it; nor do hammer-ons,
-pull-offs, slides, taps, ghost notes, open strings and harmonics. A finger that has ended a note leaves the string after
-a while if the hand stops no other note before. Levels and times are drawn from the seed and the note's count.
-hands/noise.py makes the sound, and says how it was measured. [audio thread]
+A finger comes down with the stroke of its note: live playing cannot know a note earlier, and files and tablatures
+follow the same rule. The finger sounds if it was elsewhere, or has left meanwhile, and if the hand has had HAND_TIME
+since its last note: a chord is one movement. The first note of all makes no sound, as the hand is ready for it; nor do
+hammer-ons, pull-offs, slides, taps, ghost notes, open strings and harmonics. A finger that has ended a note leaves the
+string after a while if the hand stops no other note before. Levels and times are drawn from the seed and the note's
+count. hands/noise.py makes the sound, and says how it was measured. [audio thread]
 """
 
 from livebass.compiling import SMALL, compiled
@@ -19,7 +19,7 @@ jit = compiled(attributes=SMALL)
 HAND_TIME = 80e-3  # s
 SHORT, LONG, FARTHEST = 90e-3, 220e-3, 7  # s that a finger moves, to a place nearby and from so many frets away
 BY_CHANCE = 0.4  # part of the difference between these that is drawn
-UNEQUAL = 4.5  # dB to either side
+UNEQUAL = 4.0  # dB to either side
 LEAVES, LEAVES_LATER = 0.12, 0.1  # s after a note: at least, and drawn on top
 LEAVING = -6.0  # dB, of a finger that leaves, over one that comes down
 PLACES_APART, DRAWS = 1 << 43, 4  # random numbers beyond all others; of a note
