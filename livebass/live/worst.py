@@ -39,7 +39,7 @@ REST = 0.3  # s of silence after each run
 
 def even(bass: Instrument) -> Instrument:
     """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
-    player = replace(bass.player, **{**SILENT, "unevenness": 0.0, "squeak": bass.player.squeak})
+    player = replace(bass.player, **{**SILENT, "unevenness": 0.0, "release_spread": 0.0, "squeak": bass.player.squeak})
     return replace(bass, player=player)
 
 

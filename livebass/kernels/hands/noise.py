@@ -14,7 +14,7 @@ pickup would hear them through its own comb. This model omits that.
   20 dB in 51 ms. Hands land alike on medium and hard notes. Below FAINT of a medium pluck's motion they come more
   gently, in proportion, so a knock never stands far above the note it ends; a string at rest gets none. Notes that are
   cut, or ended by another note on the same string, do not knock. No two releases are alike: with a `release_spread` of
-  1 the knock is up to UNLIKE dB louder or softer; it fades 0.84 to 1.8 times as fast, and the hand is as much firmer.
+  1 the knock is up to UNLIKE dB louder or softer; it fades 0.8 to 1.9 times as fast, and the hand is as much firmer.
 - Rub: 350 to 2000 Hz, a finger of the fretting hand that comes down or leaves (player/placing.py). It sets out quickly,
   slows down and comes to rest. It passes windings at up to RUB_SPEED, which give WINDINGS of the power, and noise gives
   the rest; the power follows the speed. On a flat string there is only noise.
@@ -39,7 +39,7 @@ from livebass.kernels.string import modal
 SKIN_BAND, SKIN_TIME = (800.0, 5000.0), 3.5e-3  # Hz; s
 CLICK_BAND, CLICK_TIME, LANDING = (1200.0, 6000.0), 1.5e-3, 0.3
 KNOCK_LOWEST, KNOCK_HIGHEST, KNOCK_TIME = 130.0, 1300.0, 22e-3  # the second without a cutoff
-QUICKER, EITHER_WAY, UNLIKE = 0.3, 0.56, 4.5  # octaves, in the mean and to either side of it; dB to either side
+QUICKER, EITHER_WAY, UNLIKE = 0.3, 0.62, 4.5  # octaves, in the mean and to either side of it; dB to either side
 RUB_BAND, RUB_SPEED, RUB_LEVEL = (350.0, 2000.0), 0.7, 0.02  # ; m/s; over the medium pluck's corner speed
 WINDINGS = 0.7  # of a rub's power
 RUB_FADE = 3e-3  # s: what is left when another finger begins, or the last one has stopped

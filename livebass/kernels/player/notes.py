@@ -335,12 +335,12 @@ def release_string(p, i):
 @jit
 def stop_string(p, i):
     """Stops string `i` with the hand, which leaves it later."""
-    lift_finger(p, i)
-    p.hands.state[i] = FREE
-    p.hands.stacked[i] = 0
     e = next_event(p, i, HAND)
     e.fret = p.hands.fret[i]
     e.value = p.hand_damping
+    lift_finger(p, i)
+    p.hands.state[i] = FREE
+    p.hands.stacked[i] = 0
 
 
 @jit

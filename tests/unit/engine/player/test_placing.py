@@ -50,7 +50,7 @@ def test_a_farther_place_takes_longer() -> None:
     """On average over notes; chance adds a part."""
     near, far = ([], [])
     for k in range(40):
-        made = hands()
+        made = Hands(bass(fretting_noise=1.0), 0)  # on one string
         made.p["seed"] = k
         placed(made, 0.0, on(LOW))
         near += [float(e["seconds"]) for e in placed(made, LATER, on(LOW + 1))]
@@ -73,7 +73,7 @@ def test_a_finger_that_stays_does_not_sound() -> None:
 def test_a_hand_without_time_does_not_sound() -> None:
     made = hands()
     placed(made, 0.0, on(LOW))
-    assert placed(made, LATER, on(LOW + 2), on(OTHER + 1))  # a chord: one movement ...
+    assert placed(made, LATER, on(LOW + 3), on(OTHER + 2))  # a chord: one movement ...
     assert len(rubs(made(on(47)))) == 0
     assert placed(made, 0.9 * placing.HAND_TIME, on(LOW + 4)) == []  # ... as are notes in a hurry
     assert len(placed(made, 1.1 * placing.HAND_TIME, on(LOW + 5))) == 1
