@@ -9,6 +9,7 @@ equal; strings that run ahead of the clock make small differences.
 import gc
 import time
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +40,8 @@ REST = 0.3  # s of silence after each run
 
 def even(bass: Instrument) -> Instrument:
     """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
-    player = replace(bass.player, **{**SILENT, "unevenness": 0.0, "release_spread": 0.0, "squeak": bass.player.squeak})
-    return replace(bass, player=player)
+    alike: dict[str, Any] = {**SILENT, "unevenness": 0.0, "release_spread": 0.0, "squeak": bass.player.squeak}
+    return replace(bass, player=replace(bass.player, **alike))
 
 
 @dataclass(frozen=True)
