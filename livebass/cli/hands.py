@@ -84,10 +84,9 @@ class Hands:
                 given["keys"] = load_key_map(given["keys"])
         changes = {name: value for name, value in given.items() if value is not None}
         if options.pop("no_noise"):
-            from livebass.rows.parts import NOISES
-            from livebass.rows.units import OFF
+            from livebass.rows.parts import SILENT
 
-            changes |= dict.fromkeys(NOISES, OFF)
+            changes |= SILENT
         return cls(changes)
 
     def play(self, bass: Instrument) -> Instrument:

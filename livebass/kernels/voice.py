@@ -163,6 +163,7 @@ def handle_event(string, ops, event):
     if begins:
         voice.cut = 0
         voice.ends_in = 0
+        noise.keep_finger(voice)
     if event.kind == records.PLUCK:
         striking.begin_pluck(string, ops, event)
     elif event.kind == records.STRIKE_EVENT:
@@ -186,6 +187,8 @@ def handle_event(string, ops, event):
         sliding.set_vibrato(voice, event.value, event.rate)
     elif event.kind == records.TOUCH_EVENT:
         damping.lay_finger(string, ops, event)
+    elif event.kind == records.RUBBING:
+        noise.begin_rub(voice, event)
     elif event.kind == records.IDLE:
         voice.idle = np.int64(event.value)
     elif event.kind == records.BEND:
@@ -211,6 +214,7 @@ def handle_event(string, ops, event):
         voice.striking = 0
         voice.ends_in = 0
         voice.cut = 1
+        noise.end_rub(voice)
         for k in range(2):
             remove_thumb(slots[k])
             slots[k].hand = min(slots[k].hand, exp(-CUT_RATE / voice.rate))

@@ -9,6 +9,7 @@ equal; strings that run ahead of the clock make small differences.
 import gc
 import time
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO
 from livebass.model.quality import Quality
-from livebass.rows.units import OFF
+from livebass.rows.parts import SILENT
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; they still sound at the second
@@ -39,10 +40,8 @@ REST = 0.3  # s of silence after each run
 
 def even(bass: Instrument) -> Instrument:
     """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
-    player = replace(
-        bass.player, unevenness=0.0, skin_noise=OFF, pick_noise=OFF, release_noise=OFF, floor_noise=OFF, hum=OFF
-    )
-    return replace(bass, player=player)
+    alike: dict[str, Any] = {**SILENT, "unevenness": 0.0, "release_spread": 0.0, "squeak": bass.player.squeak}
+    return replace(bass, player=replace(bass.player, **alike))
 
 
 @dataclass(frozen=True)

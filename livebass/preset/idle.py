@@ -110,6 +110,7 @@ RULES = (
         "answers", 'player.answering is "off"', lambda bass, player: player.answering == "off" or _alone(bass, player)
     ),
     *_group("floor", "player.floor_noise is off", lambda bass, player: player.floor_noise <= OFF),
+    *_group("release", "player.release_noise is off", lambda bass, player: player.release_noise <= OFF),
     *_group("hum", "player.hum is off", lambda bass, player: player.hum <= OFF),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(

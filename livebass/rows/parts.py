@@ -14,6 +14,7 @@ from livebass.rows.units import OFF
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always", "held")  # in the order of their numbers, too
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum", "squeak")  # of the player
+SILENT = {**dict.fromkeys(NOISES, OFF), "fretting_noise": 0.0}  # what makes a player without noise
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MAX_GRID = 20_000  # steps of a note
 # The exchange of u and v over turned axes (kernels/string/turning.py), in the engine as in the reference solver
@@ -218,6 +219,13 @@ class PlayerNumbers:
         word=38, of="pluck pick")  # rms at its loudest, of any force
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB",
         "knock of a releasing hand, relative to a medium note after 1 s", word=31)  # rms at its loudest
+    release_cutoff: float = number(1300.0, "frequency", "150 Hz", "20 kHz",
+        "up to where that knock is loud; recorded ones: 500 to 900 Hz",
+        word=43, file=NOT_BELOW_ZERO, of="release")
+    release_spread: float = number(0.0, "number", "0", "2",
+        "how much the ends of notes differ in speed and level; 1: as recorded", word=44)
+    fretting_noise: float = number(0.0, "number", "0", "10",
+        "fingers that come down or leave between notes; 1: as recorded", word=45)
     floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "noise of the electronics, relative to a medium note",
         word=33)  # rms
     floor_cutoff: float = number(3000.0, "frequency", "100 Hz", "20 kHz",

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from livebass import QUALITIES, Instrument
 from livebass.engine.engine import Engine
-from livebass.rows.units import OFF
+from livebass.rows.parts import SILENT
 from support.own_basses import load_preset
 
-NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum")  # no other test hears a slide squeak
+QUIET = {name: value for name, value in SILENT.items() if name != "squeak"}  # no other test hears a slide squeak
 ALONE = " without answers"  # after the name of a preset: its idle strings do not ring along
 ENGINES: dict[str, Engine] = {}  # of basses without noise, by name
 
@@ -26,4 +26,4 @@ def without_noise(bass: str | Instrument, **player: float) -> Instrument:
     made = load_preset(bass.removesuffix(ALONE)) if isinstance(bass, str) else bass
     if isinstance(bass, str) and bass.endswith(ALONE):
         made = replace(made, player=replace(made.player, answering="off"))
-    return replace(made, player=replace(made.player, **{**dict.fromkeys(NOISES, OFF), **player}))  # type: ignore[arg-type]
+    return replace(made, player=replace(made.player, **{**QUIET, **player}))  # type: ignore[arg-type]

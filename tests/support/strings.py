@@ -150,7 +150,7 @@ def turn_axes(bass: Instrument, degrees: float = 40.0) -> Instrument:
 
 def even(bass: str | Instrument = "jazz-finger", **player: Any) -> Instrument:
     """A preset, or a bass, whose player plays every note alike and without noise; `player` sets further numbers."""
-    return without_noise(bass, **{"unevenness": 0.0, **player})
+    return without_noise(bass, **{"unevenness": 0.0, "release_spread": 0.0, **player})
 
 
 def behind(bass: Instrument, **effects: Any) -> Instrument:

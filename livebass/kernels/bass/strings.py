@@ -76,6 +76,7 @@ def connect_pickups(string, instrument, i, coil):
     voice.stretch = instrument.stretch[i]
     voice.squeak = amplitude(player.squeak)
     voice.winding = instrument.winding[i] if voice.squeak > 0.0 else 0.0
+    voice.wound = instrument.winding[i]
     voice.fretless = instrument.fretless[i]
     for k in range(MAX_PICKUPS):
         voice.decay[k] = instrument.decay[i, k]
@@ -101,7 +102,8 @@ def connect_pickups(string, instrument, i, coil):
     voice.thumb_loss = player.thumb_loss
     voice.angle = player.pluck_angle
     voice.follow = player.release_speed / player.greatest_apex
-    tune_noises(voice)
+    tune_noises(voice, player.release_cutoff)
+    voice.release_spread = player.release_spread
     voice.turn = i * BEND_FRAMES // instrument.strings
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands.fretting import GENTLY, change_fret
-from livebass.kernels.hands.noise import knock_string
+from livebass.kernels.hands.noise import haste_of_ending, knock_string
 from livebass.kernels.hands.pulling import end_pull
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import glide, handover, touch
@@ -40,7 +40,8 @@ def lay_finger(string, ops, event):
 def end_note(string, ops, damping):
     """Ends the note: the finger eases off its fret but stays on the string; both hands damp an open string.
 
-    `damping` (1/s) sets the firmness: DEFAULT_DAMPING is a player's fingers, 0 lets the string ring on.
+    `damping` (1/s) sets the firmness: DEFAULT_DAMPING is a player's fingers, 0 lets the string ring on. Hands differ
+    from note to note as the player's `release_spread` says.
     """
     voice = string.voice
     slot = string.slots[voice.slot]
@@ -51,7 +52,9 @@ def end_note(string, ops, damping):
     if not slot.on:
         return
     remove_thumb(slot)
-    knock_string(voice, slot, glide.current_operator(string, ops, voice.slot))
+    haste = haste_of_ending(voice)
+    knock_string(voice, slot, glide.current_operator(string, ops, voice.slot), haste)
+    damping *= haste
     firm = damping / DEFAULT_DAMPING * touch.characteristic_impedance(ops[0])
     stopped = glide.current_operator(string, ops, voice.slot).length
     x = ops[0].length - stopped

@@ -5,7 +5,7 @@ String `i` gets the event at the frame of the message. records.EVENT describes t
 
 from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at, words_at
-from livebass.kernels.string.records import EVENT, GLIDE, PLUCK, THROW, TIMED_GLIDE, TOUCH_EVENT, WAVER
+from livebass.kernels.string.records import EVENT, GLIDE, PLUCK, RUBBING, THROW, TIMED_GLIDE, TOUCH_EVENT, WAVER
 
 event_at = record_at(EVENT)
 EVENT_BYTES, EVENT_WORDS = EVENT.itemsize, EVENT.itemsize // 8
@@ -77,6 +77,15 @@ def send_touch(p, i, finger, place, resistance, width, seconds):
     e.resistance = resistance
     e.width = width
     e.seconds = seconds
+
+
+@jit
+def send_rub(p, i, level, seconds, wait):
+    """Rubs a finger of the fretting hand along the string for `seconds`, after `wait` s; `level` 0: it stays."""
+    e = next_event(p, i, RUBBING)
+    e.value = level
+    e.seconds = seconds
+    e.wait = wait
 
 
 @jit

@@ -10,6 +10,7 @@ from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import next_event, send_slide, send_timed_slide, send_touch
 from livebass.kernels.player.expression import end_note_expression, take_channel
 from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
+from livebass.kernels.player.placing import lift_finger, place_finger
 from livebass.kernels.player.strokes import force_at, part_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import leave_string, palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
@@ -83,6 +84,8 @@ def sound_string(p, ops, i, before, node, velocity, own_place):
     else:
         ghost = p.switched[techniques.GHOST] > 0 or velocity < p.player.ghost_below
         play_stroke(p, ops, i, stop, node, part, ghost, own_place)
+        if node == 0 and not ghost and not plays_harmonics(p) and p.switched[techniques.LEFT_SLAP] == 0:
+            place_finger(p, ops[i, 0], i, stop)
 
 
 @jit
@@ -331,12 +334,13 @@ def release_string(p, i):
 
 @jit
 def stop_string(p, i):
-    """Stops string `i` with the hand."""
-    p.hands.state[i] = FREE
-    p.hands.stacked[i] = 0
+    """Stops string `i` with the hand, which leaves it later."""
     e = next_event(p, i, HAND)
     e.fret = p.hands.fret[i]
     e.value = p.hand_damping
+    lift_finger(p, i)
+    p.hands.state[i] = FREE
+    p.hands.stacked[i] = 0
 
 
 @jit

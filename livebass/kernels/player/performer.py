@@ -14,7 +14,7 @@ from livebass.rows.techniques import ACTIONS, PARAMETERS, SETTINGS
 
 MAX_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
-MAX_EVENTS = 8 * MAX_STRINGS  # per message at most: reset-controllers
+MAX_EVENTS = 9 * MAX_STRINGS  # per message at most: reset-controllers
 GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of the wheel of a string or a channel, until RPN 0 sets another
 MAX_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 # Meaning of the channels: none; one per string (MIDI mode 4); one per note (MPE)
@@ -103,6 +103,12 @@ HANDS = np.dtype(
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
         ("ghosted", "i8"),  # strings whose last stroke was a ghost note, a bit each
+        # of the fretting hand (placing.py)
+        ("placed", "i8"),  # 1 + the string and fret where a finger came down last; 0: nowhere yet ...
+        ("placed_at", "i8"),  # ... and its frame
+        ("eased_at", "i8"),  # frame at which it ended a note ...
+        ("leaves_after", "f8"),  # ... and the time after which it leaves the string, s; 0: it stays
+        ("leaving", "i8"),  # strings that fingers have left or are about to, a bit each
         # of a tablature's strokes
         ("struck_at", "i8", (MAX_STRINGS,)),  # frame of the last one
         ("palmed", "i8"),  # strings on which their palm lies, a bit each

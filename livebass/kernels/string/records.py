@@ -336,6 +336,21 @@ NOISE = np.dtype(
     align=True,
 )
 
+# A finger of the fretting hand that rubs along the string as it comes down or leaves (hands/noise.py)
+RUB = np.dtype(
+    [
+        ("level", "f8"),  # m/s, rms, at its loudest ...
+        ("speed", "f8"),  # ... and now
+        ("wait", "i8"),  # frames until it begins
+        ("frames", "i8"),  # that it takes; 0: no finger moves ...
+        ("frame", "i8"),  # ... and those that are done
+        ("passed", "f8"),  # part of a winding that the finger has passed
+        ("band", BAND),
+        ("drawn", "i8"),  # number of random numbers so far
+    ],
+    align=True,
+)
+
 VOICE = np.dtype(
     [
         # the bass: set before it plays
@@ -361,10 +376,12 @@ VOICE = np.dtype(
         ("fretless", "i8"),  # 1: slides and vibrato work as on a board
         ("winding", "f8"),  # m, pitch of the winding; 0: flatwound, fingers make no noise on it
         ("squeak", "f8"),  # level of that noise, 1 as usual
+        ("wound", "f8"),  # m, pitch of the winding, whatever the squeak's level
         ("seed", "i8"),  # for the hand noises
         ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
         ("lever", "f8"),  # s, displacement at a sensor without pickups over the speed of a wave that passes it
         ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
+        ("release_spread", "f8"),  # how much ends of notes differ, 0: not at all
         ("pickups", "i8"),  # 0: the displacement itself
         ("across", "f8", (4,)),  # each pickup's sensitivity to v, relative to u
         ("aperture", "f8", (4,)),  # m of string that each senses
@@ -415,6 +432,8 @@ VOICE = np.dtype(
         ("skin", NOISE),
         ("click", NOISE),  # of a pick; `growth`: its second click, until it lets go
         ("knock", NOISE),
+        ("endings", "i8"),  # number of notes that a hand has ended
+        ("rub", RUB),
         ("wait", "i8"),  # frames that the last stroke's finger or thumb waits on the string ...
         ("waiting", "i8"),  # ... and those that are left
         ("ends_in", "i8"),  # frames until a note that was released while its stroke waited ends; 0: none does ...
@@ -548,21 +567,21 @@ EVENT = np.dtype(
         ("width", "f8"),  # m, half the contact width; 0: the player's finger or thumb
         ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
         # How gradually a pluck lets go, 0: the player's value; time until a touch lifts, 0: it stays; time for which a
-        # hammering finger first damps the string; time per fret of a slide, or of a whole timed slide
+        # hammering finger first damps the string; time per fret of a slide, or of a whole timed slide; of a rub
         ("seconds", "f8"),
         ("mass", "f8"),  # kg, thrown, and ...
         ("stiffness", "f8"),  # ... N/m^1.5, of its flesh; 0: the thumb's
         ("resistance", "f8"),  # N s/m, of a touch
         # The single number of other kinds. BEND: frequency ratio; HAND: damping, 1/s; WAVER: semitones; IDLE: strings
         # that may answer, a bit each; GAIN, TONE, BLEND: that value; TIMED_GLIDE: as HAND if the finger lifts, else 0.
-        # Of a pluck: m/s, the noise of a pick
+        # Of a pluck: m/s, the noise of a pick. RUBBING: level, 1 is as recorded, 0: the finger stays
         ("value", "f8"),
         ("rate", "f8"),  # Hz, of a vibrato
-        ("wait", "f8"),  # s, for which a stroke's finger or thumb waits on the string
+        ("wait", "f8"),  # s, for which a stroke's finger or thumb waits on the string, or until a finger rubs
     ],
     align=True,
 )
 (
     PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW, BLEND,
-    IDLE, TIMED_GLIDE,
-) = range(1, 17)  # fmt: skip
+    IDLE, TIMED_GLIDE, RUBBING,
+) = range(1, 18)  # fmt: skip

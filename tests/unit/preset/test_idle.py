@@ -127,7 +127,7 @@ def sound(data: dict[str, Any]) -> np.ndarray:
     notes += notes
     played = [(0.03 * k, 0.02, note, (90, 127)[k % 2]) for k, note in enumerate(notes)]
     middle = 0.03 * len(notes) / 2
-    end = 0.03 * len(notes)
+    end = 0.03 * len(notes) + 0.06  # a finger that comes down for the slide is heard
     played += [(end, 0.2, lowest + 1, 90), (end + 0.06, 0.14, lowest + 5, 90)]
     bends = [(middle - 0.01, 0.5), (middle - 0.005, 0.0), (end - 0.005, 0.0), (end + 0.1, 0.0)]
     score = score_of(played, 16000, bends=bends)
@@ -285,6 +285,9 @@ resting_hand = "0.2 N s/m"
 palm_width = "8 mm"
 skin_noise = "-14 dB"
 release_noise = "-3 dB"
+release_cutoff = "600 Hz"
+release_spread = 0.5
+fretting_noise = 1
 floor_noise = "-65 dB"
 floor_cutoff = "2 kHz"
 squeak = "-6 dB"

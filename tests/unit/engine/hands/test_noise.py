@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.costs import quick
 from support.kept import image_made, read_kept
 from support.levels import db, rms
 from support.live import QUICK, offline, played_ahead, synth_and_device
-from support.messages import messages_of, send
+from support.messages import messages_of, send, send_now
 from support.motion import mode_speeds, scale_motion
-from support.own_basses import FRETTED, PLAYED, load_preset
+from support.own_basses import AS_SHIPPED, FRETTED, PLAYED, load_preset
 from support.played import event
 from support.scores import busy_score, play_in_blocks
 from support.strings import even
@@ -29,7 +31,7 @@ from livebass.rows.units import OFF
 
 RATE = 48000
 NOISES = {"skin_noise": -14.0, "pick_noise": -30.0, "release_noise": 0.0}
-ALL = {**NOISES, "floor_noise": -40.0, "hum": -40.0}
+ALL = {**NOISES, "floor_noise": -40.0, "hum": -40.0, "release_spread": 1.0, "fretting_noise": 10.0}
 
 
 def note(velocity: int, preset: str = "jazz-finger", seconds: float = 1.0, **player: float) -> Floats:
@@ -139,6 +141,137 @@ def test_a_level_more_is_a_level_more() -> None:
     assert np.allclose(more, 10 ** (6 / 20) * one, atol=1e-5) and np.abs(one).max() > 1e-4
 
 
+def endings(bass: Instrument, count: int = 12) -> list[tuple[float, float]]:
+    """Level (m/s) and time (s) of the knocks that end notes one after another on a string."""
+    engine = Engine(bass, QUALITIES["live"], RATE)
+    key, found = bass.strings[1].open_note + 3, []
+    for _ in range(count):
+        send_now(engine, (0x90, key, 64))
+        engine.process(RATE // 10)
+        send_now(engine, (0x80, key, 64))
+        engine.process(1)
+        knock = engine.voices[1].record["knock"][0]
+        fade = -np.log(knock["fade"]) * RATE
+        found.append((float(knock["speed"] * np.exp(fade / RATE)), 1 / fade))
+        engine.process(RATE // 2)
+    return found
+
+
+def test_ends_of_notes_differ_as_the_spread_says() -> None:
+    """Level and time are drawn for each note; without a spread, all are alike."""
+    alike = np.array(endings(even(release_noise=0.0)))
+    assert alike == pytest.approx(np.tile([alike[0, 0], 22e-3], (len(alike), 1)), rel=1e-6)
+    for spread in (0.5, 1.0):
+        differ = np.array(endings(even(release_noise=0.0, release_spread=spread))) / alike
+        levels, octaves = 20 * np.log10(differ[:, 0]), -np.log2(differ[:, 1])
+        assert 4.5 * spread < np.ptp(levels) < 9.0 * spread and np.abs(levels).max() < 4.51 * spread
+        assert 0.6 * spread < np.ptp(octaves) < 1.24 * spread
+        assert octaves.min() > -0.33 * spread and octaves.max() < 0.93 * spread
+
+
+def test_a_hand_is_as_much_firmer_as_it_is_quicker() -> None:
+    bass = even(release_noise=0.0, release_spread=1.0)
+    engine, key = Engine(bass, QUALITIES["live"], RATE), bass.strings[1].open_note
+    found = []
+    for _ in range(6):
+        send_now(engine, (0x90, key, 64))
+        engine.process(RATE // 10)
+        send_now(engine, (0x80, key, 64))
+        engine.process(RATE // 2)
+        voice = engine.voices[1].record
+        found.append(float(-voice["touches"][0, 1]["wanted"] / np.log(voice["knock"]["fade"][0])))
+    assert found == pytest.approx([found[0]] * 6, rel=1e-6)
+
+
+def test_a_cutoff_takes_the_highs_from_a_knock() -> None:
+    """An octave: 1.5 to 4 kHz falls by 12 dB, less what the rest gains, as the level stays."""
+    heard = []
+    for cutoff in (300.0, 600.0):
+        sounds = takes(64, release_noise=0.0, release_cutoff=cutoff)
+        heard.append((np.median([rms(band(x, 1500.0, 4000.0)) for x in sounds]), np.median([rms(x) for x in sounds])))
+    highs, whole = (db(float(bright / dull)) for dull, bright in zip(*heard, strict=True))
+    assert 5.0 < highs < 10.0 and abs(whole) < 2.0
+
+
+ROUND_AND_FLAT = ("jazz-finger" + AS_SHIPPED, "flatwound" + AS_SHIPPED)
+FINGERS = {"fretting_noise": 1.0}
+
+
+def fingers(messages: list[tuple[int, int, int, int]], preset: str = "jazz-finger", seconds: float = 2.0) -> Floats:
+    """The fretting hand alone in a performance."""
+    sounds = []
+    for noise in (FINGERS, {}):
+        engine = Engine(even(preset, **noise), QUICK, RATE)
+        send(engine, messages)
+        sounds.append(engine.process(round(seconds * RATE)))
+    return np.asarray((sounds[0] - sounds[1]).sum(axis=0))
+
+
+def moved(preset: str, gap: float = 0.4) -> list[tuple[int, int, int, int]]:
+    """A fretted note at 0.1 s that ends at 0.5 s, and one elsewhere `gap` s later."""
+    made = load_preset(preset)
+    first, second = made.strings[0].open_note + 3, made.strings[1].open_note + 3
+    again = round((0.5 + gap) * RATE)
+    return [(RATE // 10, 0x90, first, 64), (RATE // 2, 0x80, first, 64), (again, 0x90, second, 64)]
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "flatwound", "upright"])
+def test_a_finger_rubs_without_a_click(preset: str) -> None:
+    """It leaves after its note, and comes down with the next one: each begins at 0 and ends before 0.3 s are over."""
+    sound = fingers(moved(preset, 0.6), preset)
+    at = [round(0.5 * RATE), round(1.1 * RATE)]
+    assert not sound[: at[0]].any() and sound[at[0] : at[1]].any() and sound[at[1] :].any()
+    assert not sound[at[0] : at[0] + round(0.11 * RATE)].any()
+    for begin in (np.flatnonzero(sound)[0], at[1]):
+        part = sound[begin : begin + round(0.3 * RATE)]
+        n = RATE // 1000
+        power = np.array([float(np.mean(part[k * n : (k + 1) * n] ** 2)) for k in range(len(part) // n)])
+        assert power[0] < 0.5 * power.max() and power[-20:].max() < 1e-6 * power.max()
+        half = len(power) // 2
+        assert power[:half].sum() > power[half:].sum()
+
+
+def test_round_windings_whistle_and_flat_strings_only_rub() -> None:
+    """A finger passes windings one after another, so that its sound has a pitch: 1 to 4 kHz, over 20 ms."""
+    standing_out = []
+    for name in ROUND_AND_FLAT:
+        sound, found = fingers(moved(name, 0.6), name)[round(1.12 * RATE) :], []
+        for k in range(4):
+            part = sound[k * RATE // 100 :][: RATE // 50] * np.hanning(RATE // 50)
+            power = np.abs(np.fft.rfft(part)) ** 2
+            heard = power[20:80]  # bins of 50 Hz
+            found.append(heard.max() / np.median(heard))
+        standing_out.append(np.median(found))
+    assert standing_out[0] > 2 * standing_out[1], standing_out
+
+
+def test_all_sound_off_ends_a_rub() -> None:
+    messages = [*moved("jazz-finger"), (round(0.93 * RATE), 0xB0, 120, 0)]
+    sound = fingers(messages)
+    assert (
+        np.abs(sound[round(0.92 * RATE) : round(0.93 * RATE)]).max() > 1e3 * np.abs(sound[round(0.97 * RATE) :]).max()
+    )
+    waits = [*moved("jazz-finger")[:2], (round(0.55 * RATE), 0xB0, 120, 0)]
+    assert not fingers(waits).any()
+
+
+def test_an_older_file_has_no_new_sounds_of_hands() -> None:
+    """A file without the keys reads 0 for each, and plays, bit for bit, as with their defaults."""
+    new = ("release_cutoff", "release_spread", "fretting_noise")
+    bass = even(release_noise=0.0)
+    fields = read_kept(instrument_file(even(release_noise=0.0, fretting_noise=1.0, release_spread=1.0)))
+    old = {name: value for name, value in fields.items() if name.removeprefix("instrument.player.") not in new}
+    assert len(old) == len(fields) - 3
+    player = image_of(image_made(file_of(old))).numbers["player"]
+    assert all(player[name][0] == 0 for name in new)
+    sounds = []
+    for cutoff in (0.0, 1300.0):
+        engine = Engine(replace(bass, player=replace(bass.player, release_cutoff=cutoff)), QUICK, RATE)
+        send(engine, moved("jazz-finger"))
+        sounds.append(engine.process(2 * RATE))
+    assert np.array_equal(*sounds)
+
+
 # Conditions without noise
 
 
@@ -198,13 +331,13 @@ def test_a_hand_knocks_alike_on_all_notes_but_faint_ones(preset: str, motion: fl
 
 def test_noise_ends() -> None:
     """No trace is left in the string: filters and noises are at rest, and the string is still."""
-    engine = Engine(even(**NOISES), QUICK, RATE)
-    engine.send(np.array([0, 9600]), np.array([[0x90, 33, 127], [0x80, 33, 64]], np.uint8))
+    engine = Engine(even(**NOISES, fretting_noise=1.0), QUICK, RATE)
+    send(engine, [(0, 0x90, 31, 64), (4800, 0x80, 31, 64), (9600, 0x90, 36, 127), (24000, 0x80, 36, 64)])
     engine.process(4 * RATE)
     assert not engine.sounding() and not engine.process(RATE).any()
     for voice in engine.voices:
         assert voice.record["still"][0] == 1
-        for name in ("skin", "click", "knock"):
+        for name in ("skin", "click", "knock", "rub"):
             assert voice.record[name]["speed"][0] == 0.0
             assert not voice.record[name]["band"]["low_pass"].any()
 

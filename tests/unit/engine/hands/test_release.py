@@ -9,7 +9,7 @@ import pytest
 from support.levels import db
 from support.motion import mode_speeds
 from support.own_basses import FRETTED, PLAYED, load_preset
-from support.played import event
+from support.played import Played, event
 from support.strings import even, far_from_frets
 
 from livebass import QUALITIES
@@ -139,3 +139,26 @@ def test_waves_that_lie_on_a_finger_lose_as_if_it_covered_the_string(preset: str
     taken = -np.log(after[short] / before[short] * free[0][short] / free[1][short]) / 20e-3
     mass = float(op["fine"] ** 2 / op["weight"] * op["length"])
     assert short.sum() > 5 and np.abs(taken / (resistance / (2 * mass)) - 1).max() < 0.03, taken
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_hands_in_any_haste_take_energy_and_give_none(preset: str) -> None:
+    """Twice the spread of recorded ones: five notes end at different speeds, and none grows on the way."""
+    string, rates = Played(preset, 1), []
+    string.record["release_spread"] = 2.0
+    none = np.zeros(0, EVENT)
+    for _ in range(5):
+        string.play(event(PLUCK, apex=1e-4, place=0.7, width=2e-3, seconds=1e-4))
+        for _ in range(RATE // 20):
+            string.play(none)
+        before = string.energy()
+        string.play(event(HAND, value=FIRM))
+        after = []
+        for _ in range(RATE // 20):
+            string.play(none)
+            after.append(string.energy())
+        assert 0.0 < max(after) < 1.001 * before
+        rates.append(np.log(before / after[-1]))
+        for _ in range(RATE // 4):
+            string.play(none)
+    assert max(rates) > 1.5 * min(rates)
