@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.own_basses import FRETTED
-from support.played import Played, event
+from support.played import Played, event, made_of
 
 from livebass.compiling import jit
 from livebass.kernels.string import handover
 from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, PLUCK, ROW, WORK
+from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
 
 MODES = 8 * BLOCK
@@ -94,3 +95,20 @@ def test_a_string_that_a_finger_held_was_in_balance(preset: str, fret: int) -> N
     force = (omega**2 * shape[:count] / at_finger[:count])[clear]
     assert np.abs(force / force[0] - 1).max() < 0.03
     assert 0.9 < np.sqrt(2 / length) * at_finger @ shape < 1.0, "for a corner of 1 m"
+
+
+@jit
+def crown(operators, at, s):
+    return handover.crown_height(operators[at], s)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("fret", [0, 5])
+def test_the_obstacle_beside_a_place_is_the_nearest_crown(preset: str, fret: int) -> None:
+    string, bass = Played(preset, 0, "reference"), made_of(preset)
+    stopped = speaking(bass.strings[0], bass.necks[0], fret)
+    x, heights = np.asarray(stopped.contact_position), np.asarray(stopped.contact_height)
+    places = np.linspace(0.01, 0.7 * float(string.ops[fret]["length"]), 40)
+    wanted = [heights[np.argmin(np.abs(x - place))] for place in places]
+    assert [crown(string.ops, fret, s) for s in places] == pytest.approx(wanted, rel=1e-12)
+    assert np.ptp(wanted) > 5e-4
