@@ -1,8 +1,9 @@
 """A limiter that ends the chain: no sound above CEILING, and no delay. [audio thread]
 
-The gain falls at once by what the present sample needs, stays down for HOLD, longer than a period of the lowest string,
-then returns with RELEASE (Giannoulis, Massberg and Reiss 2012, section 2, with a ratio of infinity and no attack). So
-it flattens the first rise beyond the ceiling; later waves keep their shape. Below, the sound is unchanged, bit for bit.
+The gain falls at once by what the present sample needs (Giannoulis, Massberg and Reiss 2012, section 2, with a ratio of
+infinity and no attack). It returns with RELEASE to what the loudest sample of this window and the last one needed; a
+window lasts longer than a period of the lowest string. So the limiter flattens the first rise beyond the ceiling, and
+later waves keep their shape. Below the ceiling the sound is unchanged, bit for bit.
 """
 
 import numpy as np
@@ -14,7 +15,7 @@ from livebass.kernels.machine.elementary import exp
 from livebass.rows.techniques import LIMITING
 
 CEILING = 0.8912509381337456  # of full scale: -1 dB
-HOLD, RELEASE = 35e-3, 0.12  # s
+WINDOW, RELEASE = 35e-3, 0.12  # s
 WITH_AMP, OFF, ON = range(len(LIMITING))
 DONE = 1e-4  # a smaller reduction ends
 
@@ -23,7 +24,7 @@ DONE = 1e-4  # a smaller reduction ends
 def limit(e, n):
     """Limits n frames of an EFFECTS' sound."""
     step = 1.0 - exp(-1.0 / (FOLLOWS * e.rate))
-    stays, release = np.int64(HOLD * e.rate), exp(-1.0 / (RELEASE * e.rate))
+    window, release = np.int64(WINDOW * e.rate), exp(-1.0 / (RELEASE * e.rate))
     for j in range(n):
         choice = np.int64(e.requested[LIMITER, j]) - 1
         if choice < 0:
@@ -35,16 +36,19 @@ def limit(e, n):
         if e.limiting != wanted:
             e.limiting = follow_knob(e.limiting, wanted, step)
         if e.limiting == 0.0 and e.cut == 0.0:
+            silence_limiter(e)
             continue
         loud = abs(e.sound[j]) * e.limiting  # fades in and out by a ceiling that comes down, and goes up
         needed = 1.0 - CEILING / loud if loud > CEILING else 0.0
-        if needed > 0.0 and needed >= e.cut:
-            e.cut = needed
-            e.stays = stays
-        elif e.stays > 0:
-            e.stays -= 1
-        else:
-            e.cut = max(e.cut * release if e.cut > DONE else 0.0, needed)
+        if e.left == 0:
+            e.most_before = e.most
+            e.most = 0.0
+            e.left = window
+        e.left -= 1
+        e.most = max(e.most, needed)
+        most = max(e.most, e.most_before)
+        over = (e.cut - most) * release
+        e.cut = most + over if over > DONE else most
         if e.cut > 0.0:
             e.sound[j] -= e.cut * e.sound[j]
             e.heard[j] = 1.0
@@ -54,4 +58,6 @@ def limit(e, n):
 def silence_limiter(e):
     """Resets the limiter."""
     e.cut = 0.0
-    e.stays = 0
+    e.most = 0.0
+    e.most_before = 0.0
+    e.left = 0

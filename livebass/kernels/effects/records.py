@@ -73,7 +73,9 @@ EFFECTS = np.dtype(
         ("own_limiter", "i8"),  # index in LIMITING of techniques.py
         ("limiting", "f8"),  # 0 off to 1 on
         ("cut", "f8"),  # the present reduction: 1 - gain
-        ("stays", "i8"),  # frames that it stays
+        ("most", "f8"),  # the most that any sample of this window needed, ...
+        ("most_before", "f8"),  # ... of the last window
+        ("left", "i8"),  # frames of this window
         ("begins", "i8"),  # 1 before the first frame
         # what does not change while it plays
         ("curve", "f8", (CURVE,)),  # V after the valve over V at the grid

@@ -15,9 +15,9 @@ from livebass import Quality, load_preset, score_of
 from livebass.compiling import jit
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.instrument import INSTRUMENT
-from livebass.kernels.effects import boxes, chain, limiter, speaker, valve
+from livebass.kernels.effects import boxes, chain, limiter, valve
 from livebass.kernels.effects.boxes import BOXES, Cabinet
-from livebass.kernels.effects.records import EFFECTS, SECTIONS, effects_at
+from livebass.kernels.effects.records import EFFECTS, PATHS, SECTIONS, effects_at
 from livebass.kernels.machine.native import record_at
 from livebass.rows.techniques import CABINETS, HIGH_MIDS, LIMITING, LOW_MIDS, knob_of
 from livebass.rows.techniques import EFFECTS as KNOBS
@@ -41,7 +41,7 @@ def play_chain(address: int, sound: Any, flags: Any, frame: int, knobs: int, str
 class Amp:
     """Effects with these knobs of the bass, and the number of frames they have played."""
 
-    def __init__(self, rate: int = RATE, compression: float = 0.0, drive: float = 0.0, **own: Any) -> None:
+    def __init__(self, rate: int = RATE, /, compression: float = 0.0, drive: float = 0.0, **own: Any) -> None:
         self.memory, self.frame, self.rate = np.zeros(chain.bytes_of_effects(0, 1.0, 1.0) // 8), 0, rate
         self.address, numbers = self.memory.ctypes.data, np.zeros(1, INSTRUMENT)
         chain.make_effects(self.address, float(rate), compression, drive, 0, 0, float(rate))
@@ -252,7 +252,7 @@ def test_boxes_follow_small() -> None:
 
 def test_every_path_fits_at_the_highest_rate() -> None:
     one = Amp(192_000).record
-    assert one["reach"].max() < speaker.PATHS
+    assert one["reach"].max() < PATHS
     assert one["paths"].sum(axis=1) == pytest.approx(1.0)
     assert one["sections"].max() <= SECTIONS
 
@@ -295,7 +295,7 @@ def test_the_limiter_keeps_the_shape_of_later_waves_and_lets_go() -> None:
     loud = slice(2000, RATE // 2 - 100)
     ratio = (out[loud] / sound[loud])[np.abs(sound[loud]) > 0.1]
     assert np.ptp(ratio) < 1e-5, "one gain"
-    held = RATE // 2 + int(limiter.HOLD * RATE * 0.9)
+    held = RATE // 2 + int(limiter.WINDOW * RATE * 0.9)
     assert out[held] == pytest.approx(ratio[0] * sound[held], abs=1e-6)
     rest = (0.1 * np.sin(np.arange(3 * RATE) / 100)).astype(np.float32)
     one = Amp(limiter="on")
