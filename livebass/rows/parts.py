@@ -6,7 +6,7 @@ files (kernels/bass/kept.py) hold numbers by name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 from livebass.rows.row import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.rows.techniques import CABINETS, HIGH_MID, LIMITING, LOW_MID
@@ -272,6 +272,7 @@ class Knobs:
     # fmt: off
     compression: float = number(0.0, "number", "0", "1", "compression of the mix, 0 (off) to 1", word=0)
     drive: float = number(0.0, "number", "0", "1", "valve stage with a tone stack, 0 (off) to 1", word=1)
+    _: KW_ONLY
     clean_blend: float = number(0.0, "number", "0", "1", "clean part beside the drive, keeps the lows", word=2)
     eq_bass: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: shelf below 80 Hz", word=3)
     eq_low_mid: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: low mid", word=4)
