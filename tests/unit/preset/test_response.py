@@ -234,7 +234,7 @@ def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
         ("gain = 1", "effects.gain: unknown key; "),
         ("eq_bass = 3", 'effects.eq_bass must be a text with a unit such as "-15 dB"'),
         ('eq_bass = "16 dB"', "effects.eq_bass must be from -15 dB to 15 dB"),
-        ('eq_low_mid_frequency = "4 kHz"', "effects.eq_low_mid_frequency must be from 100 Hz to 1000 Hz"),
+        ('eq_low_mid_frequency = "4 kHz"', "effects.eq_low_mid_frequency must be from 0.1 kHz to 1 kHz, not"),
         ('cabinet = "2x12"', "effects.cabinet must be none or closed-4x10 or closed-8x10 or vented-1x15"),
     ):
         preset.write_text(f"{text}\n[effects]\n{line}\n")
