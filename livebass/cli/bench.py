@@ -81,6 +81,19 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
     _report(file, picture, lambda say: bench_live(preset, say, extent), table, draw)
 
 
+@bench.command("effects")
+@JSON
+def effects(file: Path | None) -> None:
+    """Measure the part of a block's time that each effect takes.
+
+    Sends noise through compressor, drive, equaliser, cabinets and limiter, in blocks of 64 frames. Takes ten seconds;
+    run nothing else meanwhile.
+    """
+    from livebass.lab.bench.effects import bench_effects, table
+
+    _report(file, None, bench_effects, table, None)
+
+
 @bench.command("latency")
 @JSON
 @PLOT

@@ -1,4 +1,4 @@
-"""Options of `play`, `render` and `export` for the effects after the DI: compressor, valve stage, impulse response."""
+"""Options of `play`, `render` and `export` for the effects after the DI: compressor, amp, impulse response."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import click
 
 from livebass.cli.messages import say
 from livebass.cli.options import file_option, of_option, option, together
-from livebass.cli.values import Number
+from livebass.cli.values import Number, Quantity
 from livebass.rows.parts import Knobs
-from livebass.rows.row import rows
+from livebass.rows.row import Row, rows
+from livebass.rows.units import DIMENSIONS, quantity
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -21,10 +22,23 @@ NAMES = (*rows(Knobs), "response", "response_level")
 OPTIONS = " ".join(f"--{name.replace('_', '-')}" for name in NAMES)
 
 
+def _kind(row: Row) -> click.ParamType:
+    """What an option of this row takes: one of its choices, or a number within a preset's limits."""
+    if len(row.choices) > 1:
+        return click.Choice(row.choices)
+    if row.kind in DIMENSIONS:
+        return Quantity(row.kind, quantity(row.minimum, row.kind), quantity(row.maximum, row.kind))
+    return Number(row.kind, *row.limits)
+
+
 # The options that `Behind.from_options` reads.
 effects_options = together(
     *(
-        option(f"--{name}", Number(row.kind, *row.limits), f"{row.meaning.capitalize()}.  [default: the preset's]")
+        option(
+            f"--{name.replace('_', '-')}",
+            _kind(row),
+            f"{row.meaning[0].upper()}{row.meaning[1:]}.  [default: the preset's]",
+        )
         for name, row in rows(Knobs).items()
     ),
     file_option(

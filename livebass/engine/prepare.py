@@ -323,9 +323,7 @@ def instrument_numbers(
     to["sensed"], to["gain"], to["carried"] = output.kind == "displacement", output.gain, CARRIED
     to["part"] = velocity_parts(player.velocity_curve)
     fill_key_map(to["key_map"], player)
-    for name, row in rows(Player).items():
-        if row.record:
-            to[row.record] = row.choices.index(getattr(player, name))
+    fill_choices(to, player)
     to["answering_modes"][: len(answering)] = answering
     for k, quality in enumerate(tiers):
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
@@ -359,6 +357,13 @@ def fill(to: Any, source: Coil | Player | Pick | Knobs) -> None:
         to[word.name] = getattr(source, word.name)
 
 
+def fill_choices(to: Any, source: Player | Knobs) -> None:
+    """Fills a record with the choices of `source`, by number."""
+    for name, row in rows(type(source)).items():
+        if row.record:
+            to[row.record] = row.choices.index(getattr(source, name))
+
+
 def fill_key_map(to: NDArray[np.void], player: Player) -> None:
     """Fills a KEY_MAP with the player's keys and controllers."""
     to["over_notes"] = player.keys.over_notes
@@ -375,6 +380,7 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     answering = answering_modes(bass)
     numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
     fill(numbers, bass.effects)
+    fill_choices(numbers, bass.effects)
     response = bass.effects.response
     numbers["response_rate"] = response.rate if response else MIN_RATE
     numbers["response_count"] = len(response.played) // DOUBLE if response else 0

@@ -40,7 +40,7 @@ from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
 from livebass.rows import units
 from livebass.rows.row import REQUIRED, rows
-from livebass.rows.techniques import EFFECTS, PARAMETER_ROWS
+from livebass.rows.techniques import EFFECTS, PARAMETER_ROWS, knob_of
 from livebass.rows.units import format_quantity, note_name
 
 # The engine's limits.
@@ -168,7 +168,7 @@ class Builder:
     def played(bass: Instrument, values: dict[str, float]) -> Instrument:
         """The bass played with the values of the table [plugin], as precise as a host's."""
         given = {p.symbol: float(np.float32(values[p.symbol])) for p in PARAMETER_ROWS.values() if values.get(p.symbol)}
-        knobs: dict[str, Any] = {name: given.pop(name) for name in EFFECTS if name in given}
+        knobs: dict[str, Any] = {name: knob_of(name, given.pop(name)) for name in EFFECTS if name in given}
         return replace(bass, played=tuple(given.items()), effects=replace(bass.effects, **knobs))
 
     def on_bench(self, bass: Instrument, raw: Any) -> Instrument:

@@ -6,9 +6,10 @@ files (kernels/bass/kept.py) hold numbers by name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 from livebass.rows.row import LARGEST, REQUIRED, TINY, choice, number, result
+from livebass.rows.techniques import CABINETS, HIGH_MID, LIMITING, LOW_MID
 from livebass.rows.units import OFF
 
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
@@ -274,9 +275,22 @@ class Pick:
 
 @dataclass(frozen=True)
 class Knobs:
-    """The knobs of the effects behind the DI; 0 removes an effect."""
+    """The knobs of the effects behind the DI; with these values they change nothing."""
 
     # fmt: off
     compression: float = number(0.0, "number", "0", "1", "compression of the mix, 0 (off) to 1", word=0)
     drive: float = number(0.0, "number", "0", "1", "valve stage with a tone stack, 0 (off) to 1", word=1)
+    _: KW_ONLY
+    clean_blend: float = number(0.0, "number", "0", "1", "clean part beside the drive, keeps the lows", word=2)
+    eq_bass: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: shelf below 80 Hz", word=3)
+    eq_low_mid: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: low mid", word=4)
+    eq_low_mid_frequency: float = number(LOW_MID, "frequency", "100 Hz", "1000 Hz", "equaliser: centre of the low mid",
+        word=5, file=(0, 1000))  # 0, in older files: LOW_MID
+    eq_high_mid: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: high mid", word=6)
+    eq_high_mid_frequency: float = number(HIGH_MID, "frequency", "500 Hz", "5000 Hz",
+        "equaliser: centre of the high mid", word=7, file=(0, 5000))
+    eq_treble: float = number(0.0, "level", "-15 dB", "15 dB", "equaliser: shelf above 4 kHz", word=8)
+    cabinet: str = choice(CABINETS[0], CABINETS, "cabinet, computed from its loudspeakers", record="cabinet")
+    limiter: str = choice(LIMITING[0], LIMITING, "limiter at -1 dBFS; amp: with equaliser, blend or cabinet",
+        record="limiter")
     # fmt: on

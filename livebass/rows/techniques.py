@@ -264,8 +264,7 @@ parameter("running_ahead", "Look-ahead", "Processor", points=SWITCH)
 parameter("relief", "Relief under overload", "Processor", points=SWITCH, default=1.0)  # never offline
 parameter("palm_mute", "Palm mute", "Playing")  # functions of controllers move these two amounts, too
 parameter("vibrato", "Vibrato", "Playing")
-EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: the bass's own
-for knob in EFFECTS:
+for knob in ("compression", "drive"):  # of the effects behind the DI; the amp's have rows below
     parameter(knob, knob.capitalize(), "Effects")
 parameter("cores", "Cores", "Processor", limits=(1.0, 4.0), default=1.0, whole=True)  # with threads of its own
 
@@ -426,6 +425,48 @@ AVOID_OPEN = setting("avoid_open", "Avoid open strings", 0.0, 1.0, points=SWITCH
 SETTINGS = len(SETTING_ROWS)
 MIN_SETTINGS = tuple(row.minimum for row in SETTING_ROWS.values())
 MAX_SETTINGS = tuple(row.maximum for row in SETTING_ROWS.values())
+
+# --- the amp: more knobs of the effects behind the DI; 0 keeps the bass's own ---
+
+EQ_LIMIT = 15.0  # dB
+BASS_CORNER, TREBLE_CORNER = 80.0, 4000.0  # Hz, of the two shelves
+LOW_MIDS, HIGH_MIDS = (160.0, 250.0, 400.0, 630.0, 1000.0), (800.0, 1250.0, 2000.0, 3150.0, 5000.0)  # Hz, by name
+LOW_MID, HIGH_MID = 400.0, 2000.0  # Hz, unless a preset or a knob says otherwise
+CABINETS = ("none", "closed-4x10", "closed-8x10", "vented-1x15")
+LIMITING = ("amp", "off", "on")  # amp: while equaliser, clean blend or a cabinet is on
+OF_BASS = "the bass's own"
+
+
+def _frequency(symbol: str, name: str, centres: tuple[float, ...]) -> None:
+    """Adds the row of a middle band's centre frequency."""
+    parameter(symbol, name, "Amp", (0.0, float(len(centres))), points=(OF_BASS, *(f"{f:g} Hz" for f in centres)))
+
+
+def _chosen(symbol: str, choices: tuple[str, ...]) -> None:
+    """Adds the row of a choice."""
+    parameter(symbol, symbol.capitalize(), "Amp", (0.0, float(len(choices))), points=(OF_BASS, *choices))
+
+
+parameter("clean_blend", "Clean blend", "Amp")  # part of the clean sound beside the drive
+parameter("eq_bass", "EQ bass", "Amp", (-EQ_LIMIT, EQ_LIMIT), "dB")
+parameter("eq_low_mid", "EQ low mid", "Amp", (-EQ_LIMIT, EQ_LIMIT), "dB")
+_frequency("eq_low_mid_frequency", "Low mid frequency", LOW_MIDS)
+parameter("eq_high_mid", "EQ high mid", "Amp", (-EQ_LIMIT, EQ_LIMIT), "dB")
+_frequency("eq_high_mid_frequency", "High mid frequency", HIGH_MIDS)
+parameter("eq_treble", "EQ treble", "Amp", (-EQ_LIMIT, EQ_LIMIT), "dB")
+_chosen("cabinet", CABINETS)
+_chosen("limiter", LIMITING)
+EFFECTS = tuple(p.symbol for p in PARAMETER_ROWS.values() if p.group in ("Effects", "Amp"))  # by number
+MIN_EFFECTS = tuple(PARAMETER_ROWS[knob].minimum for knob in EFFECTS)
+MAX_EFFECTS = tuple(PARAMETER_ROWS[knob].maximum for knob in EFFECTS)
+CHOICES: dict[str, tuple[float, ...] | tuple[str, ...]] = {  # what a knob's values from 1 on stand for in presets
+    "eq_low_mid_frequency": LOW_MIDS, "eq_high_mid_frequency": HIGH_MIDS, "cabinet": CABINETS, "limiter": LIMITING,
+}  # fmt: skip
+
+
+def knob_of(symbol: str, value: float) -> float | str:
+    """What a value of a knob, not 0, is in a preset: for example 2 of the knob `cabinet` is "closed-4x10"."""
+    return CHOICES[symbol][round(value) - 1] if symbol in CHOICES else value
 
 
 def event(p: Parameter) -> tuple[int, int] | None:

@@ -191,6 +191,7 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
                 "defaultValue": p.default,
                 "unit": p.unit,
                 "whole": p.whole,
+                "points": p.points,
                 "event": event(p),
             }
             for p in PARAMETERS

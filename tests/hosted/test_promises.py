@@ -304,6 +304,7 @@ def test_notes_are_heard_in_time_under_a_flood_of_expressions(make: Any) -> None
 VALUES = {
     "gain": -6.0, "tone": -0.5, "pluck_position": 0.7, "dynamics": 5.0, "technique": 3.0, "hand_damping": 0.4,
     "unevenness": 0.3, "bend_range": 12.0, "palm_mute": 0.6, "vibrato": 0.8, "compression": 0.5, "drive": 0.9,
+    "clean_blend": 0.5, "eq_bass": 6.0, "eq_low_mid": -6.0, "eq_high_mid": 5.0, "eq_treble": -4.0, "cabinet": 3.0,
 }  # fmt: skip
 
 
@@ -321,8 +322,9 @@ def test_values_are_heard_at_their_frames(make: Any) -> None:
     for sizes in ((32,), (1000, 1, 77)):
         assert np.array_equal(played(VALUES, sizes), together), sizes
     for symbol, x in VALUES.items():
-        one = played({symbol: x})
-        assert np.array_equal(one[:7000], default[:7000]) and not np.array_equal(one, default), symbol
+        beside = {"drive": 0.9} if symbol == "clean_blend" else {}
+        one, without = played(beside | {symbol: x}), played(beside) if beside else default
+        assert np.array_equal(one[:7000], default[:7000]) and not np.array_equal(one, without), symbol
 
 
 @pytest.mark.parametrize("kind", ["clap", "clap-midi", "lv2"])

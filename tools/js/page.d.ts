@@ -3,7 +3,9 @@
 // --- elements, by their ids ---
 
 type ControlName = "gain" | "tone" | "blend" | "pluck_position" | "velocity_curve" | "hand_position" | "avoid_open"
-  | "humanise_time" | "humanise_force" | "compression" | "drive";
+  | "humanise_time" | "humanise_force" | "compression" | "drive"
+  | "clean_blend" | "eq_bass" | "eq_low_mid" | "eq_low_mid_frequency" | "eq_high_mid" | "eq_high_mid_frequency"
+  | "eq_treble" | "cabinet" | "limiter";
 type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "newer" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
@@ -58,7 +60,7 @@ interface Bass {
   range: [lowest: number, highest: number];
   switches: number[];
   keys: Record<string, number>;
-  effects: Record<string, number>;
+  effects: Record<string, number | string>;
   controllers: Record<string, number>;
   bench: any;
   cases: Case[];
@@ -92,6 +94,7 @@ interface Parameter {
   defaultValue: number;
   unit: string;
   whole: boolean;
+  points: string[];
   event: [kind: number, number: number];
 }
 

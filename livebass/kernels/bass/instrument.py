@@ -17,6 +17,7 @@ from livebass.kernels.string.preparing import MAX_WORDS, NOTE_BYTES
 from livebass.kernels.string.records import LINE, MAX_ANSWERING
 from livebass.rows.parts import Knobs
 from livebass.rows.row import TINY, Word, record, words
+from livebass.rows.techniques import CABINETS, LIMITING
 
 jit = compiled(attributes=SMALL)
 
@@ -64,6 +65,8 @@ INSTRUMENT_WORDS = [
     Word("hand", "i8", 0, MAX_WORDS, (MAX_STRINGS,)),
     Word("strokes", STROKE_WORDS, shape=(STROKES,)),
     *words(Knobs),
+    Word("cabinet", "i8", 0, len(CABINETS) - 1),  # index in CABINETS
+    Word("limiter", "i8", 0, len(LIMITING) - 1),  # and in LIMITING
     Word("response_rate", "f8", MIN_RATE, MAX_RATE),  # Hz
     Word("response_count", "i8", 0, int(LONGEST * MAX_RATE)),  # samples; 0: the effects have no response
 ]

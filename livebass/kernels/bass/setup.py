@@ -31,7 +31,7 @@ from livebass.kernels.bass.records import (
     bass_at,
     saved_bytes,
 )
-from livebass.kernels.effects.chain import bytes_of_effects, make_effects
+from livebass.kernels.effects.chain import bytes_of_effects, make_effects, take_amp
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
@@ -230,6 +230,7 @@ def fill_bass(address):
     count, given = building.response_count, building.response_rate
     compression, drive = instrument.compression, instrument.drive
     make_effects(place, building.rate, compression, drive, building.response, count, given)
+    take_amp(place, instrument)
 
 
 @jit

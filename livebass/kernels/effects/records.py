@@ -4,6 +4,7 @@ import numpy as np
 
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import floats_at, record_at
+from livebass.rows.techniques import CABINETS as CABINET_NAMES
 from livebass.rows.techniques import EFFECTS as EFFECT_KNOBS
 
 PART = 128  # frames of a partition of the response: the first is convolved directly, without latency
@@ -15,7 +16,15 @@ LATE = 24  # samples of delay of a resampled response: half the interpolation's 
 WORD = 8  # bytes
 ALLPASSES = 8  # of a half-band filter
 KNOBS = len(EFFECT_KNOBS)
+CLEAN_BLEND, EQ_FROM, CABINET, LIMITER = (
+    EFFECT_KNOBS.index(knob) for knob in ("clean_blend", "eq_bass", "cabinet", "limiter")
+)
 CURVE = 2049  # points of the valve's curve
+DOUBLINGS, FINE = 4, 16  # of the audio rate, for the valve beside a clean sound
+BANDS = 4  # of the equaliser
+CABINETS = len(CABINET_NAMES) - 1  # without none
+PATHS = 256  # taps of the paths from a cabinet's drivers: 1.3 ms at the highest audio rate
+SECTIONS = 8  # of a cabinet
 
 EFFECTS = np.dtype(
     [
@@ -39,7 +48,41 @@ EFFECTS = np.dtype(
         ("tone_b", "f8", (4,)),  # the tone stack at this rate ...
         ("tone_a", "f8", (4,)),
         ("tone", "f8", (3,)),  # ... and its state
+        # the valve beside a clean sound
+        ("own_clean", "f8"),  # part of the clean sound, of the bass, 0 to 1
+        ("clean", "f8"),  # the present value
+        ("fine", "f8"),  # part of this stage in the valve's output, 0 to 1: it fades in and out
+        ("fine_up", "f8", (DOUBLINGS, ALLPASSES, 2)),  # as `up` and `down`, for each doubling of the rate
+        ("fine_down", "f8", (DOUBLINGS, ALLPASSES, 2)),
+        ("clean_down", "f8", (DOUBLINGS, ALLPASSES, 2)),
+        ("fine_tone", "f8", (3,)),
+        # equaliser
+        ("own_gain", "f8", (BANDS,)),  # dB, of the bass
+        ("own_centre", "f8", (2,)),  # Hz, of the middle bands; 0: the usual
+        ("band_gain", "f8", (BANDS,)),  # dB, the present values
+        ("centre", "f8", (2,)),  # Hz
+        ("band", "f8", (BANDS, 6)),  # coefficients of each band
+        ("band_state", "f8", (BANDS, 2)),
+        # cabinet
+        ("own_cabinet", "i8"),  # index in CABINETS of techniques.py
+        ("share", "f8", (CABINETS,)),  # part of each in the output
+        ("spoke", "i8"),  # 1: their states are not all zero
+        ("section_state", "f8", (CABINETS, SECTIONS, 2)),
+        ("line_of_paths", "f8", (PATHS + PART,)),  # the last sound before the cabinets, and this partition's
+        # limiter
+        ("own_limiter", "i8"),  # index in LIMITING of techniques.py
+        ("limiting", "f8"),  # 0 off to 1 on
+        ("cut", "f8"),  # the present reduction: 1 - gain
+        ("most", "f8"),  # the most that any sample of this window needed, ...
+        ("most_before", "f8"),  # ... of the last window
+        ("left", "i8"),  # frames of this window
+        ("begins", "i8"),  # 1 before the first frame
+        # what does not change while it plays
         ("curve", "f8", (CURVE,)),  # V after the valve over V at the grid
+        ("paths", "f8", (CABINETS, PATHS)),  # taps of each cabinet's paths ...
+        ("reach", "i8", (CABINETS,)),  # ... and their number
+        ("section", "f8", (CABINETS, SECTIONS, 5)),  # coefficients ...
+        ("sections", "i8", (CABINETS,)),  # ... and number
         # impulse response
         ("taps", "i8"),  # of the response at this rate; 0: none
         ("parts", "i8"),  # partitions after the first
@@ -57,6 +100,11 @@ EFFECTS = np.dtype(
         ("sound", "f8", (PART,)),  # as computed so far
         ("heard", "f8", (PART,)),  # 1 for a frame that any effect has changed, else 0 ...
         ("flags", "f4", (PART,)),  # ... the same, for `add_effects`
+        ("amp", "f8", (PART,)),  # 1 for a frame that equaliser, clean blend or cabinet has changed, else 0
+        ("dry", "f8", (PART,)),  # part of the sound that goes by the cabinets
+        ("shares", "f8", (CABINETS, PART)),  # parts of the cabinets
+        ("spoken", "f8", (PART,)),  # a cabinet's output
+        ("points", "f8", (2, FINE)),  # a frame at the valve's rate: its input, and the clean sound
     ],
     align=True,
 )

@@ -14,7 +14,17 @@ from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MAX_EVENTS
 from livebass.kernels.score.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread.records import MAX_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
-from livebass.rows.techniques import EFFECT, GAIN_DB, LEARNED, MINIMUM, PARAMETER, PARAMETERS, TECHNIQUE
+from livebass.rows.techniques import (
+    EFFECT,
+    GAIN_DB,
+    LEARNED,
+    MAX_EFFECTS,
+    MIN_EFFECTS,
+    MINIMUM,
+    PARAMETER,
+    PARAMETERS,
+    TECHNIQUE,
+)
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 
@@ -101,7 +111,8 @@ def play_event(synth, b, frame, word, value):
         keep_event(synth, frame, word, value)
     if kind == EFFECT and number < KNOBS:
         extend_knobs(synth, frame - synth.frame)
-        synth.effects[number] = min(max(value, 0.0), 1.0) if not np.isnan(value) else 0.0
+        within = min(max(value, MIN_EFFECTS[number]), MAX_EFFECTS[number])
+        synth.effects[number] = within if not np.isnan(value) else 0.0
     if kind == PARAMETER and number < PARAMETERS:
         controller = words.controller_of(word)
         if controller >= 0:

@@ -313,9 +313,11 @@ def test_every_option_that_changes_a_bass_is_told_and_taken(
     options = ["--tuning", "D1 A1 D2 G2", "--capo", "1", "--a4", "432Hz", "--temperament", "./room.scl", "--no-noise"]
     options += ["--keys", "./mine.toml", "--velocity-curve", "1:1,50:80,127:127", "--wheel", "slide"]
     options += ["--compression", "0.3", "--drive", "0.25", "--response", "room.wav"]
+    options += ["--clean-blend", "0.5", "--eq-bass", "-3dB", "--eq-low-mid", "4", "--eq-low-mid-frequency", "0.25kHz"]
+    options += ["--cabinet", "closed-8x10", "--limiter", "off"]
     settings = settings_of(run, monkeypatch, "-p", "flatwound", *options)
     given = settings.given("flatwound")
-    assert len(given) == 11 and json.loads(text_of("flatwound", given).removeprefix(MARK))["response"].startswith("/")
+    assert len(given) == 17 and json.loads(text_of("flatwound", given).removeprefix(MARK))["response"].startswith("/")
     take((0, text_of("flatwound", given)))
     os.mkdir("elsewhere")
     monkeypatch.chdir("elsewhere")

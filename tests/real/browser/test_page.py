@@ -396,6 +396,23 @@ def test_knobs_of_effects_say_what_they_come_to_and_are_heard(page: Any) -> None
     tap(page, "a")
 
 
+def test_the_amp_says_what_it_is_set_to(page: Any) -> None:
+    start(page)
+    shown = {
+        "clean_blend": "off",
+        "eq_bass": "flat",
+        "eq_low_mid_frequency": "400 Hz",
+        "cabinet": "none",
+        "limiter": "amp",
+    }
+    moved = {"clean_blend": 0.4, "eq_bass": 6, "eq_low_mid_frequency": 2, "cabinet": 2, "limiter": 2}
+    for knob, says in shown.items():
+        assert text(page, f"{knob}-text") == says
+        page.execute_script(f"$('{knob}').value = {moved[knob]}; $('{knob}').oninput()")
+    assert [text(page, f"{knob}-text") for knob in moved] == ["40 %", "+6 dB", "250 Hz", "closed-4x10", "off"]
+    tap(page, "a")
+
+
 def test_settings_of_the_player_say_what_they_do_and_are_heard(page: Any) -> None:
     """A1 is played on the open A string, or at fret 5 of the E string; B1 at fret 2, or at 7."""
     start(page)

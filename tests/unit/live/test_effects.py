@@ -26,7 +26,7 @@ SLAP, JAZZ = load_preset("slap"), load_preset("jazz-finger")
 HALL = Response(44_100, (np.exp(-np.arange(9000) / 2000) * np.cos(np.arange(9000.0)) / 20).tobytes())
 NOTES = [(0.1 * k, 0.15, 33 + 5 * (k % 4), 120 - 9 * k) for k in range(5)]
 SCORE = score_of(NOTES, RATE)
-COMPRESSION, DRIVE = range(len(EFFECTS))
+COMPRESSION, DRIVE = map(EFFECTS.index, ("compression", "drive"))
 Event = tuple[int, int, int, float]  # frame, kind, number, value
 
 
@@ -64,7 +64,8 @@ def render(bass: Instrument) -> Floats:
 ON: dict[str, dict[str, Any]] = {
     "compression": {"compression": 0.5},
     "drive": {"drive": 0.6},
-    "all": {"compression": 0.3, "drive": 0.2, "response": HALL},
+    "amp": {"drive": 0.4, "clean_blend": 0.5, "eq_bass": 6.0, "eq_high_mid": -3.0, "cabinet": "closed-4x10"},
+    "all": {"compression": 0.3, "drive": 0.2, "response": HALL, "eq_treble": 3.0, "cabinet": "vented-1x15"},
 }
 
 

@@ -285,6 +285,16 @@ def test_effects_are_in_the_file_and_behind_the_bass() -> None:
     effects = made.memory.view(np.uint8)[made.effects - made.address :][: EFFECTS.itemsize].view(EFFECTS)[0]
     assert (effects["own_compression"], effects["own_drive"], effects["rate"]) == (0.25, 0.75, 48000)
     assert effects["taps"] == 1500 + 2 * LATE * 1.5
+    assert (effects["own_gain"] == 0).all() and effects["own_cabinet"] == effects["own_limiter"] == 0
+    amp = Effects(
+        clean_blend=0.5, eq_bass=1.0, eq_low_mid=2.0, eq_high_mid=-3.0, eq_treble=4.0, eq_low_mid_frequency=250.0,
+        eq_high_mid_frequency=3e3, cabinet="vented-1x15", limiter="off",
+    )  # fmt: skip
+    file = image_of(image_file(replace(bass, effects=amp)))
+    made = file.bass(LIVE, 48000, 0, [file.pool(tier, 48000) for tier in (LIVE, COARSE)])
+    effects = made.memory.view(np.uint8)[made.effects - made.address :][: EFFECTS.itemsize].view(EFFECTS)[0]
+    assert effects["own_gain"].tolist() == [1, 2, -3, 4] and effects["own_centre"].tolist() == [250, 3000]
+    assert (effects["own_clean"], effects["own_cabinet"], effects["own_limiter"]) == (0.5, 3, 1)
     rows = made.performer["strokes"][0]
     assert np.array_equal(rows, Engine(bass, QUALITIES["live"], 48000).performer["strokes"][0])
     picked = replace(own, player=replace(bass.player, pick=OWN_PICK))

@@ -232,6 +232,10 @@ def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
         ("response = 3", "effects.response must be a sound file such as WAV of at most 1 s, 8000 to 192000 Hz"),
         ("drive = 1.5", "effects.drive must be a number from 0 to 1"),
         ("gain = 1", "effects.gain: unknown key; "),
+        ("eq_bass = 3", 'effects.eq_bass must be a text with a unit such as "-15 dB"'),
+        ('eq_bass = "16 dB"', "effects.eq_bass must be from -15 dB to 15 dB"),
+        ('eq_low_mid_frequency = "4 kHz"', "effects.eq_low_mid_frequency must be from 0.1 kHz to 1 kHz, not"),
+        ('cabinet = "2x12"', "effects.cabinet must be none or closed-4x10 or closed-8x10 or vented-1x15"),
     ):
         preset.write_text(f"{text}\n[effects]\n{line}\n")
         with pytest.raises(PresetError) as caught:
@@ -242,3 +246,14 @@ def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
 @pytest.mark.parametrize("option", [["--compression", "1.1"], ["--drive", "-0.1"], ["--drive", "nan"]])
 def test_knobs_go_from_0_to_1(option: list[str], run: Run) -> None:
     refusal(run, "render", "--note", "A1", *option)
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (["--eq-treble", "15.1"], "from -15 dB to 15 dB"), (["--eq-high-mid-frequency", "100Hz"], "500 Hz"),
+        (["--cabinet", "2x12"], "'closed-4x10'"), (["--limiter", "maybe"], "'amp', 'off', 'on'"),
+    ],
+)  # fmt: skip
+def test_an_amp_has_its_limits(option: list[str], says: str, run: Run) -> None:
+    assert says in refusal(run, "render", "--note", "A1", *option)

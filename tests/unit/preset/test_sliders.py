@@ -62,3 +62,12 @@ def test_the_values_of_a_plugin_play_the_bass(tmp_path: Path, run: Run) -> None:
     assert made.played == (("tone", float(np.float32(0.3))),) and made.effects.drive == 0.5
     status, out, err = run("presets", "check", tmp_path / "mine.toml")
     assert status == 0 and "plugin.tone" not in out + err and "plugin.drive" not in out + err
+
+
+def test_choices_of_a_plugin_are_those_of_a_preset(tmp_path: Path) -> None:
+    lines = "eq_bass = -3\neq_low_mid_frequency = 2\ncabinet = 4\nlimiter = 2"
+    made = of(tmp_path, f'like = "slap"\n[plugin]\n{lines}\n').effects
+    given = 'eq_bass = "-3 dB"\neq_low_mid_frequency = "250 Hz"\ncabinet = "vented-1x15"\nlimiter = "off"\n'
+    assert made == of(tmp_path, f'like = "slap"\n[effects]\n{given}').effects
+    none = of(tmp_path, 'like = "scooped-slap"\n[plugin]\ncabinet = 1\n').effects
+    assert none.cabinet == "none" and none.eq_bass == 6.0

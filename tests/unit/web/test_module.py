@@ -26,7 +26,7 @@ from livebass.model.instrument import Effects, Instrument, Response
 from livebass.plugin.instrument import image_file
 from livebass.rows.arrays import Floats
 from livebass.rows.parts import Pick
-from livebass.rows.techniques import EFFECT
+from livebass.rows.techniques import EFFECT, EFFECTS
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import ENTRIES, RECORDS, record
@@ -144,6 +144,28 @@ def test_effects_are_those_of_a_render() -> None:
         by_page.send(*message)
     assert np.abs(by_page.play(len(sound)) - sound).max() < CLOSE
     assert np.abs(in_wasm(dry, score) - sound).max() > 0.005
+
+
+def test_the_amp_is_that_of_a_render_from_a_file_and_by_knobs() -> None:
+    score, bass = score_of(SOFT, RATE), load_preset("jazz-finger")
+    amp = Effects(
+        drive=0.5, clean_blend=0.5, eq_bass=6.0, eq_low_mid=-4.0, eq_low_mid_frequency=630.0, cabinet="closed-8x10"
+    )
+    engine = Engine(replace(bass, effects=amp), QUALITIES["live"], RATE)
+    engine.send(score.frames, score.messages)
+    wanted, sound = engine.process_with_mix(RATE)[1], in_wasm(replace(bass, effects=amp), score)
+    assert wanted is not None and np.abs(sound - wanted[: len(sound)]).max() < CLOSE < 0.005 < np.abs(sound).max()
+    by_page = Module(image_file(bass), RATE)
+    rings = int(by_page.field("midi_ring")[0])
+    knobs = {
+        "drive": 0.5, "clean_blend": 0.5, "eq_bass": 6.0, "eq_low_mid": -4.0, "eq_low_mid_frequency": 4.0,
+        "cabinet": 3.0,
+    }  # fmt: skip
+    for knob, value in knobs.items():
+        by_page.call("push_event", rings, MESSAGES, 0, EFFECT, EFFECTS.index(knob), value)
+    for message in messages_of(score):
+        by_page.send(*message)
+    assert np.abs(by_page.play(len(sound)) - sound).max() < CLOSE
 
 
 @pytest.mark.slow  # may have to compile that level

@@ -21,7 +21,7 @@ static void begin_audio(lb_instance *i) {
     i->audio.programs = 0;
     lb_stop_song(i);
     i->audio.stroke = lb_value(i, LB_TECHNIQUE);
-    __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
+    lb_mark_all(&i->changed); /* a window may be moving values */
 }
 
 void lb_complain(void *owner, const char *line) {
@@ -85,7 +85,7 @@ static void take_sliders(lb_instance *i, const double *built) {
     for (int k = 0; k < LB_BUILT; k++) {
         if (built[k] == lb_value(i, lb_sliders[k])) continue;
         lb_set_value(i, lb_sliders[k], built[k]);
-        __atomic_fetch_or(&i->unsent, 1ull << lb_sliders[k], __ATOMIC_RELEASE);
+        lb_mark(&i->unsent, lb_sliders[k]);
     }
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
 }
@@ -200,10 +200,9 @@ void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, 
 void lb_begin_block(lb_instance *i) {
     LB_ALONE(i->audio.owner);
     LB_REAL_TIME(!__atomic_load_n(&i->offline, __ATOMIC_RELAXED));
-    const uint64_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
-    for (int k = 0; k < LB_PARAMETERS; k++)
-        if (changed >> k & 1 && !lb_set(i->synth, 0, k, lb_value(i, k)))
-            __atomic_fetch_or(&i->changed, 1ull << k, __ATOMIC_RELEASE);
+    lb_marks changed = lb_take_marks(&i->changed);
+    for (int k; (k = lb_take_mark(&changed)) >= 0;)
+        if (!lb_set(i->synth, 0, k, lb_value(i, k))) lb_mark(&i->changed, k);
     lb_tell_notes(i);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
@@ -233,7 +232,7 @@ static void change_bass(lb_instance *i) {
 }
 
 int lb_may_sleep(const lb_instance *i) {
-    if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
+    if (lb_is_marked(&i->changed) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
     if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
     if (lb_waiting(&i->touches.ring) || i->audio.taps.count || lb_song_waits(i)) return 0;
     return lb_is_still(i->synth);
@@ -254,7 +253,7 @@ static void follow_stroke(lb_instance *i) {
     i->audio.stroke = stroke;
     if (stroke == before || stroke == lb_value(i, LB_TECHNIQUE)) return;
     lb_set_value(i, LB_TECHNIQUE, stroke);
-    __atomic_fetch_or(&i->unsent, 1ull << LB_TECHNIQUE, __ATOMIC_RELEASE);
+    lb_mark(&i->unsent, LB_TECHNIQUE);
 }
 
 /* Plays frames from `from` to below `end` of a block. */

@@ -4,6 +4,7 @@
 #define LB_INSTANCE_H
 #include "system/files.h"
 #include "instance/look.h"
+#include "instance/marks.h"
 #include "system/thread.h"
 
 #ifdef _WIN32
@@ -67,7 +68,6 @@ typedef struct {
     uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: as in the key map */
 } lb_learned;
 
-_Static_assert(LB_PARAMETERS <= 64, "a bit each");
 typedef struct { /* A and B: the active side, 0 or 1, and the values of the other one */
     int64_t side;
     double aside[LB_PARAMETERS];
@@ -135,8 +135,8 @@ typedef struct {
 
     /* Every thread reads and writes these, with atomic operations: */
     double values[LB_PARAMETERS];
-    uint64_t changed; /* parameters the synth does not know yet, a bit each ... */
-    uint64_t unsent;  /* ... and those that the host does not: moved by a controller or a key, or held within limits */
+    lb_marks changed; /* parameters the synth does not know yet ... */
+    lb_marks unsent;  /* ... and those that the host does not: moved by a controller or a key, or held within limits */
     int64_t seed;
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     int offline; /* the host does not play in real time: it can wait for a change of bass */

@@ -5,7 +5,6 @@
 #include <string.h>
 
 enum { CONTROLLER = 0xB0, MIDDLE = 64, MAXIMUM = 127, VOLUME_LAW = 40 /* dB for a factor of ten */ };
-_Static_assert(LB_PARAMETERS <= 64, "a bit each of `unsent`");
 static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences, not from knobs */
 
 static int may_learn(int parameter) {
@@ -51,16 +50,13 @@ int lb_take_learned(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t
     const int parameter = lb_learned_by(i, controller);
     if (parameter < 0) return 0;
     lb_set_value_at(i, offset, parameter, value_of(i, parameter, bytes[2] & MAXIMUM));
-    __atomic_fetch_or(&i->unsent, 1ull << parameter, __ATOMIC_RELEASE);
+    lb_mark(&i->unsent, parameter);
     return 1;
 }
 
 int lb_next_moved(lb_instance *i) {
     LB_ALONE(i->audio.owner);
-    const uint64_t moved = __atomic_load_n(&i->unsent, __ATOMIC_ACQUIRE);
-    if (!moved) return -1;
-    __atomic_fetch_and(&i->unsent, ~(moved & -moved), __ATOMIC_ACQUIRE);
-    return __builtin_ctzll(moved);
+    return lb_take_mark(&i->unsent);
 }
 
 void lb_write_learned(const lb_instance *i, uint8_t to[LB_CONTROLLERS]) {

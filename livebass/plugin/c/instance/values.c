@@ -72,7 +72,7 @@ double lb_allowed(const lb_instance *i, int parameter, double value) {
 
 void lb_set_value(lb_instance *i, int parameter, double value) {
     keep(i, parameter, lb_allowed(i, parameter, value));
-    __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
+    lb_mark(&i->changed, parameter);
 }
 
 /* Offline, changes the bass at the value's frame within the block (lb_play_block); if there is no room for it, applies
@@ -93,7 +93,7 @@ void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value
     }
     keep(i, parameter, value);
     if (lb_parameters[parameter].kind < 0 || !lb_set(i->synth, offset, parameter, value))
-        __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
+        lb_mark(&i->changed, parameter);
 }
 
 /* Musicians' measure of a parameter: `zero` for the value 0, and from there `up` more for each 1 above 0, or `down` less
@@ -163,6 +163,7 @@ static measure measure_of(const lb_instance *i, int parameter) {
     case LB_PALM_MUTE:
     case LB_VIBRATO:
     case LB_COMPRESSION:
+    case LB_CLEAN_BLEND:
     case LB_DRIVE: return (measure){0, 100, 0, 0, 0, "%"};
     case LB_PLUCK_POSITION: {
         const int known = isfinite(own->length);
@@ -189,9 +190,18 @@ static double value_for(const measure *m, double shown) {
 /* The number that the value 0 stands for, where it means the bass's own; NaN where it does not. */
 static double own_value(const lb_instance *i, int parameter) {
     const LB_INSTRUMENT *in = lb_shelf_instrument(i->shelf, (int)lb_value(i, LB_BASS));
-    if (parameter == LB_BEND_RANGE && in) return in->player.bend_range;
-    if (parameter == LB_COMPRESSION && in) return 100 * in->compression;
-    return parameter == LB_DRIVE && in ? 100 * in->drive : NAN;
+    if (!in) return NAN;
+    switch (parameter) {
+    case LB_BEND_RANGE: return in->player.bend_range;
+    case LB_COMPRESSION: return 100 * in->compression;
+    case LB_DRIVE: return 100 * in->drive;
+    case LB_CLEAN_BLEND: return 100 * in->clean_blend;
+    case LB_EQ_BASS: return in->eq_bass;
+    case LB_EQ_LOW_MID: return in->eq_low_mid;
+    case LB_EQ_HIGH_MID: return in->eq_high_mid;
+    case LB_EQ_TREBLE: return in->eq_treble;
+    default: return NAN;
+    }
 }
 
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
@@ -208,7 +218,8 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
     const measure m = measure_of(i, parameter);
     const double of_bass = own_value(i, parameter), own = value == 0 ? of_bass : NAN, digits = pow(10, m.places);
     double shown = rint(digits * (isfinite(own) ? own : measured(&m, parameter, value))) / digits + 0.0; /* no -0 */
-    if (isfinite(of_bass) && value > 0 && shown < 1) shown = 1; /* else it would read back as the bass's own */
+    if (isfinite(of_bass) && value != 0 && fabs(shown) * digits < 1) /* else it would read back as the bass's own */
+        shown = copysign(1 / digits, value);
     const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->minimum < 0;
     if (parameter == LB_FRET && shown == 0) snprintf(text, room, "none");
     else if (parameter == LB_GAUGE && m.zero > 0) {

@@ -21,11 +21,11 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
 
 /* The parameters' places in sections of a page, section by section. Any that is left out is on the last page. */
 static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
-enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, PROCESSOR, PLAYING,
-       UNEVEN, MORE_OF, SECTIONS };
+enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, EQUALISER, SPEAKERS,
+       PROCESSOR, PLAYING, UNEVEN, MORE_OF, SECTIONS };
 static const char sections[SECTIONS][15] = {
     "Stroke", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Pickups", "Each pickup", "Plucking", "Tone",
-    "Effects", "Processor", "Playing", "Human", "More",
+    "Effects", "Equaliser", "Cabinet", "Processor", "Playing", "Human", "More",
 };
 static const struct {
     int page, section, count, parameters[6];
@@ -41,7 +41,10 @@ static const struct {
     {LB_BENCH_PAGE, PLUCKING, 3, {LB_FINGER_WIDTH, LB_PLUCK_ANGLE, LB_HARDEST}},
     {LB_TONE_PAGE, TONE, 2, {LB_GAIN, LB_TONE}},
     {LB_TONE_PAGE, PICKUPS, 1, {LB_BLEND}},
-    {LB_TONE_PAGE, EFFECTS, 3, {LB_COMPRESSION, LB_DRIVE, LB_PARAMETERS /* the response */}},
+    {LB_TONE_PAGE, EFFECTS, 3, {LB_COMPRESSION, LB_DRIVE, LB_CLEAN_BLEND}},
+    {LB_TONE_PAGE, EQUALISER, 6, {LB_EQ_BASS, LB_EQ_LOW_MID, LB_EQ_LOW_MID_FREQUENCY, LB_EQ_HIGH_MID,
+                                  LB_EQ_HIGH_MID_FREQUENCY, LB_EQ_TREBLE}},
+    {LB_TONE_PAGE, SPEAKERS, 3, {LB_CABINET, LB_PARAMETERS /* the response */, LB_LIMITER}},
     {LB_SETTINGS, PROCESSOR, 4, {LB_QUALITY, LB_CORES, LB_RUNNING_AHEAD, LB_RELIEF}},
     {LB_SETTINGS, PLAYING, 4, {LB_BEND_RANGE, LB_VELOCITY_CURVE, LB_HAND_POSITION, LB_AVOID_OPEN}},
     {LB_SETTINGS, UNEVEN, 3, {LB_UNEVENNESS, LB_HUMANISE_TIME, LB_HUMANISE_FORCE}},
@@ -59,6 +62,15 @@ static const char *const tips[LB_PARAMETERS] = { /* in place of a parameter's ow
     [LB_DRIVE] = "A valve stage behind the bass.",
     [LB_BLEND] = "From the pickup at the neck to the one at the bridge.",
     [LB_COMPRESSION] = "A compressor behind the bass.",
+    [LB_CLEAN_BLEND] = "How much clean sound stays beside the drive, and keeps the lows.",
+    [LB_EQ_BASS] = "The amp's equaliser: below 80 Hz.",
+    [LB_EQ_LOW_MID] = "The amp's equaliser: around the low mid frequency.",
+    [LB_EQ_LOW_MID_FREQUENCY] = "Centre of the low mid.",
+    [LB_EQ_HIGH_MID] = "The amp's equaliser: around the high mid frequency.",
+    [LB_EQ_HIGH_MID_FREQUENCY] = "Centre of the high mid.",
+    [LB_EQ_TREBLE] = "The amp's equaliser: above 4 kHz.",
+    [LB_CABINET] = "A cabinet, computed from its loudspeakers. A response follows it.",
+    [LB_LIMITER] = "Keeps loud sounds under -1 dB. amp: only with equaliser, blend or cabinet.",
     [LB_QUALITY] = "Studio plays more modes, at more load.",
     [LB_CORES] = "Threads that play strings side by side.",
     [LB_RUNNING_AHEAD] = "Computes strings ahead in quiet times. The sound stays the same.",

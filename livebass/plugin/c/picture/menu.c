@@ -40,7 +40,7 @@ static void add_value(lb_picture *p, int k) {
 /* The response's menu: none, the files of the user's folder, as many as fit, and the clipboard. */
 static void add_responses(lb_picture *p) {
     lb_cover *c = &p->cover;
-    add_line(c, DO_NOTHING, "Cabinet: WAV files in the folder " LB_RESPONSES " of your sounds");
+    add_line(c, DO_NOTHING, "WAV files in the folder " LB_RESPONSES " of your sounds");
     add_line(c, DO_CHOOSE, "None");
     for (int k = 0, files = p->face.responses(p->face.owner); k < files && c->count < MAX_LINES - 1; k++)
         add_line(c, DO_CHOOSE + 1 + k, p->face.response_name(p->face.owner, k));

@@ -485,7 +485,7 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
 
 /* --- the response --- */
 
-#define CABINET "Cabinet"
+#define RESPONSE_NAME "Response"
 
 /* Writes the name of the response. */
 static void response_of(const lb_picture *p, char text[MAX_TEXT]) {
@@ -496,7 +496,7 @@ static void response_of(const lb_picture *p, char text[MAX_TEXT]) {
 static void draw_response(lb_picture *p, const part *q) {
     char text[MAX_TEXT];
     const uint32_t ink = is_hot(p, q) ? p->t->ink : p->t->soft;
-    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), ink, CABINET, q->w);
+    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), ink, RESPONSE_NAME, q->w);
     response_of(p, text);
     draw_box(p, q, px(p, 8), 2, text);
 }
@@ -575,7 +575,7 @@ static void press_undo(lb_picture *p, const part *q, const hand *h) {
     response_of(p, now);
     while (k < LB_PARAMETERS && value_of(p, k) == before[k]) k++;
     if (k < LB_PARAMETERS) notice(p, "Undone: ", lb_parameters[k].name);
-    else if (strcmp(cabinet, now) != 0) notice(p, "Undone: ", CABINET);
+    else if (strcmp(cabinet, now) != 0) notice(p, "Undone: ", RESPONSE_NAME);
 }
 
 static void press_paste(lb_picture *p, const part *q, const hand *h) { p->pasting = 1; }

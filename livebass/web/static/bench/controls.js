@@ -15,13 +15,35 @@ const TEXTS = {
   humanise_force: value => value ? `by up to ${value} dB` : "off",
   compression: value => knobText("compression", value),
   drive: value => knobText("drive", value),
+  clean_blend: value => knobText("clean_blend", value),
+  eq_bass: value => bandText("eq_bass", value),
+  eq_low_mid: value => bandText("eq_low_mid", value),
+  eq_low_mid_frequency: value => choiceText("eq_low_mid_frequency", value),
+  eq_high_mid: value => bandText("eq_high_mid", value),
+  eq_high_mid_frequency: value => choiceText("eq_high_mid_frequency", value),
+  eq_treble: value => bandText("eq_treble", value),
+  cabinet: value => choiceText("cabinet", value),
+  limiter: value => choiceText("limiter", value),
 };
 export const CONTROLS = /** @type {ControlName[]} */ (Object.keys(TEXTS));
+const EFFECTS = CONTROLS.slice(CONTROLS.indexOf("compression"));
 
 // An effect's strength; a knob at 0 keeps the bass's own.
 function knobText(/** @type {string} */ symbol, /** @type {number} */ value) {
-  const all = value || chosenBass()?.effects[symbol];
+  const all = value || Number(chosenBass()?.effects[symbol] || 0);
   return all ? `${Math.round(100 * all)} %` : "off";
+}
+
+// A band of the equaliser.
+function bandText(/** @type {string} */ symbol, /** @type {number} */ value) {
+  const all = value || Number(chosenBass()?.effects[symbol] || 0);
+  return all ? `${all > 0 ? "+" : ""}${all} dB` : "flat";
+}
+
+// A choice by name; the first one is the bass's own.
+function choiceText(/** @type {string} */ symbol, /** @type {number} */ value) {
+  const own = chosenBass()?.effects[symbol];
+  return value || own === undefined ? PAGE.parameters[symbol].points[value] : typeof own === "number" ? `${own} Hz` : own;
 }
 
 const isSwitch = (/** @type {ControlName} */ symbol) => $(symbol).type === "checkbox";
@@ -45,8 +67,7 @@ function sayControl(/** @type {ControlName} */ symbol) {
 // Shows what depends on the chosen bass: the strength of its effects, and a blend if a string has two pickups.
 export function sayOwn() {
   const {strings, pickups} = chosenBass(), over = (/** @type {number} */ i) => pickups.filter(pickup => pickup.strings.includes(i));
-  sayControl("compression");
-  sayControl("drive");
+  EFFECTS.forEach(sayControl);
   /** @type {HTMLElement} */ ($("blend").parentElement).hidden = !strings.some((_, i) => over(i).length > 1);
 }
 

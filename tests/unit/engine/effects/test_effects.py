@@ -13,7 +13,7 @@ from support.levels import sine
 from livebass.compiling import jit
 from livebass.kernels.effects import chain, compressor, convolution, valve
 from livebass.kernels.effects.fourier import fill_turns, transform
-from livebass.kernels.effects.records import CURVE, EFFECTS, LATE, PART, TURNS, effects_at
+from livebass.kernels.effects.records import CURVE, EFFECTS, KNOBS, LATE, PART, TURNS, effects_at
 
 RATE = 44_100
 
@@ -55,7 +55,7 @@ class Chain:
         return self.memory.view(np.uint8)[: EFFECTS.itemsize].view(EFFECTS)[0]
 
     def play(self, sound: Any, sizes: Any = (), knobs: Any = None) -> np.ndarray:
-        """Processes `sound` in blocks of `sizes`, with the knobs of `knobs` (2, n); the flags are kept."""
+        """Processes `sound` in blocks of `sizes`, with `knobs` (KNOBS, n); the flags are kept."""
         out = np.array(sound, np.float32)
         self.flags = np.zeros_like(out)
         at, stride = 0, 0 if knobs is None else knobs.shape[1]
@@ -157,7 +157,7 @@ def test_off_is_off() -> None:
 
 def test_knobs_that_a_host_moves_change_nothing_before_and_after() -> None:
     """They act, gradually, from the frame where they leave 0 until they are back at 0, however blocks are split."""
-    sound, knobs = 0.2 * noise(40_000), np.zeros((2, 40_000))
+    sound, knobs = 0.2 * noise(40_000), np.zeros((KNOBS, 40_000))
     knobs[0, 3000:12_345] = 0.5
     knobs[1, 7000:20_000] = 0.8
     one = Chain()
@@ -174,7 +174,8 @@ def test_knobs_that_a_host_moves_change_nothing_before_and_after() -> None:
 
 
 def test_knobs_stand_where_they_are_from_the_first_frame() -> None:
-    sound, requested = 0.2 * noise(4000), np.tile([[0.3], [0.6]], 4000)
+    sound, requested = 0.2 * noise(4000), np.zeros((KNOBS, 4000))
+    requested[:2] = [[0.3], [0.6]]
     wanted = Chain(compression=0.3, drive=0.6).play(sound)
     for own in (0.0, 0.9):
         assert np.array_equal(Chain(compression=own).play(sound, knobs=requested), wanted)
