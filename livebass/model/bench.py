@@ -27,8 +27,8 @@ from livebass.rows.techniques import SLIDER_ROWS, SLIDERS
 
 # Numbers that sliders move: in a BENCH_STRING, in a BENCH per string or pickup, and in the player
 OF_STRING = (
-    "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "extra_damping",
-    "axial_stiffness", "law_fundamental",
+    "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "relaxation",
+    "extra_damping", "axial_stiffness", "law_fundamental",
 )  # fmt: skip
 OF_PLAYER = ("rounding", "rounding_soft", "pluck_angle", "softest", "hardest")
 

@@ -181,7 +181,7 @@ def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None)
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
     """1/Q at the frequencies `nu` (Hz) of `law_frequencies`, shaped as nu, without the neck.
 
-    Friction with the air (eq. 10), the viscoelastic term (eq. 11) and the thermoelastic one (eq. 9).
+    Friction with the air (eq. 10), the viscoelastic term (eq. 11), the thermoelastic one (eq. 9) and the relaxation.
     """
     return np.asarray(law.loss_factor(s, nu))
 

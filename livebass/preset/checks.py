@@ -30,8 +30,8 @@ FRET_KEYS = ("lift", "fret_heights", "height_scale", "height_offset", "fret_heig
 HEIGHTS_BY_GEOMETRY = ("action", "relief", "nut_height")
 COLUMNS = {"conductance_values": 1, "susceptance_values": 2}  # columns of Admittance.table
 DAMPING_KEYS = (
-    "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", *COLUMNS, "resonance_masses",
-    "measured_dampings", "stop_conductance",
+    "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", "relaxation", *COLUMNS,
+    "resonance_masses", "measured_dampings", "stop_conductance",
 )  # fmt: skip
 BEYOND = 0.02  # m of board beyond the last fret, by default
 MAX_DAMPING = 0.999  # of critical

@@ -102,6 +102,7 @@ RULES = (
         "strings move across as they move up: see neck.stiffness_across and neck.longer_across",
         lambda bass, neck: not neck.own_across,
     ),
+    Rule("string", ("relaxation_frequency",), "string.relaxation is 0", lambda bass, string: string.relaxation == 0),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),

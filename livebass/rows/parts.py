@@ -37,6 +37,10 @@ class StringLaw:
     viscoelastic_angle: float = number(0.01, "number", "0", "0.5", "delta_ve of eq. 11", word=12, file=NOT_BELOW_ZERO)
     thermoelastic: float = number(6e-6, "number", "0", "0.01",
         "1/Q_te of eq. 9: friction of the windings", word=13, file=NOT_BELOW_ZERO)
+    relaxation: float = number(0.0, "number", "0", "0.1",
+        "loss that grows steeply up to relaxation_frequency: twice its 1/Q there", word=24, file=NOT_BELOW_ZERO)
+    relaxation_frequency: float = number(3000.0, "frequency", "100 Hz", "20 kHz",
+        "where that loss is greatest for each cycle", word=25, file=NOT_BELOW_ZERO)
     extra_damping: float = number(0.0, "decay rate", "0 /s", "10000 /s", "damping by a mute, the same for every mode",
         word=14, file=NOT_BELOW_ZERO)
     extra_damping_slope: float = number(0.0, "number", "0", "1",

@@ -157,6 +157,7 @@ def move_strings(bench, value):
         string.inharmonicity = string.inharmonicity * g * g / t
         string.viscoelastic_angle *= older
         string.thermoelastic *= older
+        string.relaxation *= older
         string.extra_damping += value[techniques.FOAM]
         string.axial_stiffness = string.axial_stiffness * g * g
         bench.contact_loss[i] *= 1.0 + PERCENT * value[techniques.CONTACT_LOSS]

@@ -1,4 +1,4 @@
-"""The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11), for kernels and for Python.
+"""The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11, and a relaxation), for kernels and for Python.
 
 Eqs. 8 and 9 take the neck's admittance at a real frequency. That holds while the string loses far less than the neck's
 resonances do. The law "paper" and measured modes follow them as printed. The law "hinged" solves string and neck as one
@@ -74,16 +74,23 @@ def damped_at(note, j):
 
 @shared
 def loss_factor(note, nu):
-    """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
+    """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses, and the relaxation.
+
+    The relaxation is the internal friction of a standard linear solid, 1/Q = Delta x / (1 + x^2) with x = nu / nu_r
+    (A. S. Nowick and B. S. Berry, Anelastic Relaxation in Crystalline Solids, 1972): dampings grow as nu^2 below nu_r
+    and are constant above.
+    """
     mu = note.linear_density
     boundary = np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
     friction = 2.0 * np.pi * AIR_VISCOSITY + 2.0 * np.pi * note.diameter * boundary
     air = friction / (2.0 * np.pi * mu * nu)
     product = 4.0 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
+    at = note.relaxation_frequency
+    relaxing = note.relaxation * (nu * at / (nu * nu + at * at))
     if note.paper_law:
-        return air + product * note.viscoelastic_angle + note.thermoelastic
+        return air + product * note.viscoelastic_angle + note.thermoelastic + relaxing
     square = 2.0 * product / (1.0 + np.sqrt(1.0 + 4.0 * product))  # B j^2, as `product` is B j^2 (1 + B j^2)
-    return air + note.viscoelastic_angle * square / (1.0 + square) + note.thermoelastic
+    return air + note.viscoelastic_angle * square / (1.0 + square) + note.thermoelastic + relaxing
 
 
 @shared

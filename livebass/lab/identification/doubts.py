@@ -140,8 +140,8 @@ def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int]
     expected += _neighbours(nu - expected)
     typical = _neighbours(damping)
     bare = replace(
-        string, viscoelastic_angle=0.0, thermoelastic=0.0, measured_frequencies=(),
-        measured_dampings=(),
+        string, viscoelastic_angle=0.0, thermoelastic=0.0, relaxation=0.0,
+        measured_frequencies=(), measured_dampings=(),
     )  # fmt: skip
     s = speaking(bare, rigid_neck(bare), 0)
     air = math.pi * nu * modes.loss_factor(s, nu)

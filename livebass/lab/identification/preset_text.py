@@ -40,7 +40,8 @@ def new_preset(
     target: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
     s = result.string
     files, rest = ", ".join(one_line(p.name) for p in sources), one_line(label)
-    for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
+    mutes = "relaxation", "relaxation_frequency", "extra_damping", "extra_damping_slope"
+    for name in ("core_diameter", "core_modulus", "stiffness_ratio", *mutes):
         target.pop(name, None)
 
     with _above_end(target):

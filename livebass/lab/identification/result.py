@@ -75,7 +75,7 @@ def tune_string(base: String, law: Law, note: int | None) -> String:
     return replace(
         string, tension=tension, inharmonicity=law.inharmonicity, stiffness_law=law.stiffness_law,
         law_fundamental=law.fundamental,
-        extra_damping=0.0, extra_damping_slope=0.0, measured_frequencies=(), measured_dampings=(),
+        relaxation=0.0, extra_damping=0.0, extra_damping_slope=0.0, measured_frequencies=(), measured_dampings=(),
     )  # fmt: skip
 
 

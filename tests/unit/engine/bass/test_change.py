@@ -99,10 +99,13 @@ def test_action_moves_the_strings_in_proportion() -> None:
 def test_a_percentage_is_of_what_each_string_has() -> None:
     bass = load_preset("jazz-finger")
     necks = tuple(replace(neck, contact_loss=100.0 + 50 * i) for i, neck in enumerate(bass.necks))
+    strings = tuple(replace(string, relaxation=2e-3) for string in bass.strings)
+    bass = replace(bass, strings=strings)
     made = change_bass(replace(bass, necks=necks), {"contact_loss": 100.0, "wear": 50.0, "finger_width": 100.0})
     assert [neck.contact_loss for neck in made.necks] == [200.0, 300.0, 400.0, 500.0]
     for old, new in zip(bass.strings, made.strings, strict=True):
         assert new.thermoelastic == pytest.approx(1.5 * old.thermoelastic)
+        assert new.relaxation == pytest.approx(3e-3)
     assert made.player.rounding == 2 * bass.player.rounding
     assert made.player.rounding_soft == 2 * bass.player.rounding_soft
 

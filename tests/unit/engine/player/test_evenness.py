@@ -27,7 +27,7 @@ LENGTH = 0.3  # s
 STRING, NEIGHBOURS = 7.5, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
 GUEST = 1.0  # dB more, for strokes chosen by a key
 # dB more, for strings whose short notes die soonest: an upright's, old flat wounds on a short neck, at a dead spot
-DYING = {"upright": 6.0, "short-scale": 4.0, "six-string": 0.5, "muted": 0.5, "precision-pick": 0.5}
+DYING = {"upright": 6.0, "short-scale": 4.0, "six-string": 0.5, "muted": 0.5, "palm": 2.0, "precision-pick": 0.5}
 LAST_THUMB = 7.0  # dB, at the last fret under slap's thumb: no fret lies under it to slap the string on
 # Key switches of the strokes, by the usual map; "own": the bass's initial stroke
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}

@@ -260,6 +260,7 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
         1e-4 if seed % 2 else 0.0,
     )
     law = {"paper_law": int(seed % 5 == 0), "inharmonicity": 1e-6, "extra_damping_slope": 1e-4}
+    law |= {"relaxation": seed * 1e-3, "relaxation_frequency": 2500.0}
     s = dataclasses.replace(trial.speaking, **law, admittance=y, contact_loss=seed * 7.0)
     if seed % 2:
         across = Admittance((Resonance(60.0, 25.0, 1.3),), tuple((1.7 * f, *y) for f, *y in y.table), 3e-5)
