@@ -74,7 +74,9 @@ def make_venv() -> None:
     """Makes .venv. Replaces one that was moved, is incomplete, or has an older Python, but not another folder's."""
     moved = record().get("folder", str(ROOT)) != str(ROOT)
     if moved and VENV.is_symlink():
-        raise Failed(f"{VENV} is a link to the environment of {record()['folder']}: remove it, or run its programs there")
+        raise Failed(
+            f"{VENV} is a link to the environment of {record()['folder']}: remove it, or run its programs there"
+        )
     if not moved and succeeds(PYTHON, "-c", USABLE):
         return
     if not succeeds(sys.executable, "-c", "import ensurepip, venv"):

@@ -71,7 +71,7 @@ def _velocities(text: str) -> tuple[int, ...]:
 @options.file_option("--json json_file", "Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
-    tell: bool, hear: bool, phrase: str | None, output: Path | None, json_file: Path | None, **how: Any,
+    phrase: str | None, output: Path | None, json_file: Path | None, **how: Any,
 ) -> None:  # fmt: skip
     """Compare notes of real basses with rendered notes.
 
@@ -109,6 +109,7 @@ def compare(
     """
     from livebass.preset.load import load_preset
 
+    tell, hear = how.pop("tell"), how.pop("hear")
     judges = {"--tell": tell, "--hear": hear, "--phrase": phrase is not None}
     _check(judges, recordings, bool(beside or presets), output)
     places = options.files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))

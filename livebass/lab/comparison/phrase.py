@@ -34,7 +34,7 @@ FITTED = (5.0, 25.0)  # dB below a note's last level, over which its end is fitt
 OVER = 6.0  # dB over what is left after an end
 BURST = 0.03  # s, of the peak of an end in HIGHS
 SETTLED, AHEAD = 0.03, 0.03  # s after an end and before a stroke that do not count as between notes
-SHORTEST = 0.06  # s, between notes
+SHORTEST, BRIEFEST = 0.06, 0.01  # s, between notes, and of a sound there
 STANDS = 8.0  # dB over the quiet before it: a sound of its own
 CENTROID = 0.04  # s
 PITCHES = (25.0, 500.0)  # Hz
@@ -134,7 +134,8 @@ def measure_phrase(sound: Floats, rate: int) -> Phrase:
         return Phrase(())
     medium = float(np.median([note.level for note in struck]))
     heard = [(starts[k], _short(levels, starts[k], limits[k + 1], medium)) for k in shorts]
-    ghosts = [(at, short) for at, short in heard if short.level > -GHOST]  # softer ones are found between notes
+    loud = [(at, short) for at, short in heard if short.level > -GHOST]  # softer ones are found between notes
+    ghosts = [(at, short) for at, short in loud if short.length >= BRIEFEST]
     begins = sorted([*(starts[k] for k in notes), *(at for at, _ in ghosts)])
     ends, between, gaps = [], [], 0
     for k in notes:
@@ -238,7 +239,8 @@ def _between(levels: _Levels, first: int, last: int, medium: float) -> Short | N
     k = first + int(np.argmax(rise))
     if rise.max() < STANDS or k == last - 1:
         return None
-    return _shape(levels, k, first, last, medium)
+    found = _shape(levels, k, first, last, medium)
+    return found if found.length >= BRIEFEST else None  # else it is the edge of the next stroke
 
 
 def _short(levels: _Levels, at: int, stop: int, medium: float) -> Short:

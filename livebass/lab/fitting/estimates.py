@@ -287,7 +287,7 @@ def knock(recorded: Recorded, bass: Instrument) -> float | None:
     places = [p for p in places_of(recorded, bass) if p.rank == _middle(recorded)][:KNOCKED]
     level = LOUD_KNOCK  # from above: a knock below the note's own level is not heard
     for _ in range(3) if places else ():
-        player = replace(bass.player, release_noise=level)
+        player = replace(bass.player, release_noise=level, release_spread=0.0)
         ours = _knocks(replace(bass, player=player), places)
         level = min(max(level + theirs - ours, KNOCKS[0]), KNOCKS[1])
     return level if places else None

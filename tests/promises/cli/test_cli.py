@@ -208,7 +208,9 @@ def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> Non
     assert np.array_equal(sounds["a"][:n], sounds["b"][:n])
     rest, alone = sounds["a"][24_000:], sounds["c"]
     n = min(len(rest), len(alone)) - 960
-    assert np.abs(alone).max() > 0.01 and np.abs(rest[:n] - alone[:n]).max() < 1e-4, "what rings out is still there"
+    assert np.abs(alone).max() > 0.01 and np.abs(rest[:n] - alone[:n]).max() < 2e-3, (
+        "a string rings out, a finger leaves"
+    )
     assert np.abs(sounds["b"]).max() > 0.01
     listed = cli_text(run, "render", tmp_path / "a.mid", "--list").splitlines()
     assert len(listed) == 3 and listed[-1] == "jazz-finger, slap from 0.5 s"

@@ -92,11 +92,11 @@ def test_stopped_notes_ring_as_long_as_real_ones(name: str, minimum: float, maxi
     assert np.all((ratio > 0.5) & (ratio < 1.35)), ratio
 
 
-@pytest.mark.parametrize(("name", "minimum"), [("jazz-finger", 0.7), slow("precision-finger", 0.4)])
+@pytest.mark.parametrize(("name", "minimum"), [("jazz-finger", 0.4), slow("precision-finger", 0.4)])
 def test_no_cliff_above_1500_hz(name: str, minimum: float) -> None:
     """From octave to octave T60 falls at most to 0.4; beyond a plateau it once fell to 0.3.
 
-    The strings of the Precision bass are played in: their highs fade sooner.
+    The highest octaves of recordings that ring longer than this do so in noise (comparison/ringing.py).
     """
     _, stopped = listen(name)
     fall = stopped[HIGH:] / stopped[HIGH - 1 : -1]

@@ -139,7 +139,7 @@ def test_hum_is_told_from_noise(problem: Problem, mains: float) -> None:
 
 
 def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
-    tables = {**BASE, "player": {**BASE["player"], "release_noise": "8 dB"}}
+    tables = {**BASE, "player": {**BASE["player"], "release_noise": "8 dB", "release_spread": 0}}
     loud = Engine(Builder(NAME).instrument(tables), QUALITIES["live"], DEFAULT_RATE, workers=1)
     places = [Place(key, "", 0) for key in (32, 37, 42)]
     takes = {

@@ -382,7 +382,7 @@ def floor_of(
 def test_the_floor_is_as_far_under_a_medium_note_as_it_says(preset: str) -> None:
     medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
     noise = floor_of([(0, 0x90, 38, 64)], 2.0, preset=preset, floor_cutoff=3e3)[RATE // 2 :]
-    assert abs(db(rms(noise) / rms(medium)) + 65.0) < 4.0
+    assert abs(db(rms(noise) / rms(medium)) + 65.0) < 4.5
     louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0, preset=preset, floor_cutoff=3e3)[RATE // 2 :]
     assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]

@@ -122,7 +122,7 @@ def amplitudes(w: np.void) -> Floats:
 @pytest.mark.parametrize("semitones", [2.0, 0.0])
 def test_bent_or_not_a_pluck_along_an_axis_stays_on_it(preset: str, semitones: float) -> None:
     """Frequencies and exchange rise together with the tension, so that a bend does not turn the axes."""
-    voice, _ = plucked(preset, 0.6, semitones)
+    voice, _ = plucked(preset, 0.3, semitones)
     slot = voice.slots[int(voice.record["slot"][0])]
     u, v, turned = amplitudes(slot["u"]), amplitudes(slot["v"]), load_preset(preset).necks[0].axes_turned
     across = np.cos(turned) * v - np.sin(turned) * u
@@ -187,4 +187,4 @@ def test_nothing_moves_v_while_a_thumb_presses_the_string_straight_down(preset: 
         if slot["thumb"]["on"] == THERE:
             pressed += 1
             assert slot["v_active"] == 0 or not np.abs(amplitudes(slot["v"])).any()
-    assert pressed > 4e-3 * RATE and np.abs(amplitudes(slot["v"])).max() > 1e-5
+    assert pressed > 4e-3 * RATE and np.abs(amplitudes(slot["v"])).max() > 2e-6
