@@ -33,9 +33,10 @@ import livebass
 if sys.argv[1:]:
     from livebass.cli.main import main
     main(sys.argv[1:])
-for module in pkgutil.walk_packages(livebass.__path__, "livebass."):
-    if not module.name.endswith("__main__"):
-        importlib.import_module(module.name)
+else:
+    for module in pkgutil.walk_packages(livebass.__path__, "livebass."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
 '''
 COMMANDS = [
     (), ("devices",), ("render", "--note", "E1", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", "a.wav"),

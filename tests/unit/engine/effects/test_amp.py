@@ -109,7 +109,7 @@ def products(size: float, **own: float) -> float:
     return float(20 * np.log10(spectrum[others].max() / tone))
 
 
-@pytest.mark.parametrize("clean", [0.05, 0.5])
+@pytest.mark.parametrize("clean", quick([0.05, 0.5], [0.5]))
 @pytest.mark.parametrize("drive", quick([0.5, 0.8, 1.0], [1.0]))
 def test_the_aliases_of_the_drive_are_inaudible(drive: float, clean: float) -> None:
     for size in (0.1, 0.5, 1.0):
