@@ -7,9 +7,11 @@ coil little is left that radiates (Frankort 1978, "Vibration patterns and radiat
 the response has peaks between these two frequencies, and ends at the second. BREAK_UP and ROLL_OFF are our choice
 within that picture; a real cone differs from piece to piece.
 
-Data. 10 inches: Celestion Pulse10, fs, Qts and Vas by its data sheet; the moving diameter of 8.3 inches and the coil
-are those of usual drivers of this size. 15 inches: FaitalPRO 15PR400, by its data sheet; a vented box of 4.5 cubic
-feet is what Electro-Voice names as typical for their 15BX, a driver for bass guitars, whose coil has 2.5 inches.
+Data. 10 inches: Celestion Pulse10, fs, Qts and Vas as an owner quotes them (diyaudio.com, thread 406292); the moving
+diameter of 8.3 inches and the coil are those of usual drivers of this size. 15 inches: FaitalPRO 15PR400, by values
+that users of it pass on; nobody compared either with the maker's sheet. A vented box of 4.5 cubic feet is what
+Electro-Voice names as typical for their 15BX, a driver for bass guitars, whose coil has 2.5 inches. Volumes of the
+closed boxes and places of the microphones are our choice.
 """
 
 import math
