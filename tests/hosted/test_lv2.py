@@ -150,17 +150,31 @@ def test_freewheeling_waits_for_a_bass_that_the_worker_is_loading(bundle: Path) 
 NEEDED = {  # by controls without effect on hard fretted notes
     "bend_range": [(0, bytes([0xE0, 0, 96])), (0, bytes([0x90, 40, 100]))],
     "avoid_open": [(0, bytes([0x90, 33, 100]))],  # the open A
+    "limiter": [(0, bytes([0x90, key, 127])) for key in (28, 33, 38, 43)],
     "detach": [(0, bytes([0xB0, 64, 127])), (0, bytes([0x90, 40, 100])), (4000, bytes([0x80, 40, 64]))],
 }
 
 
+BESIDE = {  # other controls without which a control has no effect
+    "clean_blend": {"drive": 0.9}, "eq_low_mid_frequency": {"eq_low_mid": 9.0},
+    "eq_high_mid_frequency": {"eq_high_mid": 9.0},
+}  # fmt: skip
+BY_SYMBOL = {p.symbol: p for p in PARAMETERS}
+
+
 def test_the_controls_move_the_sound(plugin: Plugin) -> None:
-    """Each has an effect, three on notes that need it; NaN and values out of range do no harm; defaults restore all."""
+    """Each has an effect, some on notes or beside controls that they need; NaN and values out of range do no harm;
+    defaults restore all.
+    """
     score, wanted = hard("jazz-finger")
     wanted = wanted[: 3 * RATE // 4]
     for p in (p for p in PARAMETERS if event(p)):
+        for symbol, value in BESIDE.get(p.symbol, {}).items():
+            plugin.controls[symbol].value = value
         plugin.plugin.activate(plugin.handle)
         default = plugin.block(RATE // 2, NEEDED[p.symbol]) if p.symbol in NEEDED else wanted
+        if p.symbol in BESIDE:
+            default = plugin.play(score, len(wanted))
         plugin.controls[p.symbol].value = p.minimum if p.minimum else p.maximum
         plugin.plugin.activate(plugin.handle)
         changed = plugin.block(RATE // 2, NEEDED[p.symbol]) if p.symbol in NEEDED else plugin.play(score, len(wanted))
@@ -168,7 +182,8 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
         for value in (np.nan, np.inf, -np.inf, 1e30):
             plugin.controls[p.symbol].value = value
             assert np.isfinite(plugin.block(64)).all()
-        plugin.controls[p.symbol].value = p.default
+        for symbol in (p.symbol, *BESIDE.get(p.symbol, {})):
+            plugin.controls[symbol].value = BY_SYMBOL[symbol].default
         plugin.plugin.activate(plugin.handle)
         assert np.array_equal(plugin.play(score, len(wanted) // 3), wanted[: len(wanted) // 3]), p.symbol
     for p in (p for p in PARAMETERS if not event(p) and p.symbol not in SLIDER_ROWS):

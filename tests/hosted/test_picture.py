@@ -48,7 +48,7 @@ from livebass.rows.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 BASSES = ("slap", "five-string", "six-string", "fretless")
 STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
 NUT, SADDLE, TOP = 52, 74, 74  # pixels from the picture's left, right and upper edge ...
-MIDDLE, HALF_NECK = 218, 116  # ... of the neck at its saddle, on the page Tone; at scale 1
+MIDDLE, HALF_NECK = 199, 97  # ... of the neck at its saddle, on the page Tone; at scale 1
 LENGTH = 0.86  # m
 Make = Callable[..., Picture]
 ACROSS, BY_HAND = 2, 1  # shapes of the pointer

@@ -44,7 +44,7 @@ def test_a_producers_first_ten_minutes(tmp_path: Path, monkeypatch: pytest.Monke
     shutil.rmtree(unpacked)
 
     (found,) = [path for path in (home / ".clap").rglob("*.clap") if path.is_file()]
-    assert [key for key, *_ in Library(found.parent).presets()] == ["Slap", "Bright slap", "Slap funk"]
+    assert [key for key, *_ in Library(found.parent).presets()] == ["Slap", "Bright slap", "Scooped slap", "Slap funk"]
     action = SLIDER_ROWS["action"].parameter.number
     with closing(Plugin(found.parent)) as plugin:
         assert np.array_equal(plugin.play(score, len(sound)), sound), "what `render` makes"

@@ -21,11 +21,11 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
 
 /* The parameters' places in sections of a page, section by section. Any that is left out is on the last page. */
 static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
-enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, EQUALISER, SPEAKERS,
+enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, LOWS, HIGHS, SPEAKERS,
        PROCESSOR, PLAYING, UNEVEN, MORE_OF, SECTIONS };
 static const char sections[SECTIONS][15] = {
     "Stroke", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Pickups", "Each pickup", "Plucking", "Tone",
-    "Effects", "Equaliser", "Cabinet", "Processor", "Playing", "Human", "More",
+    "Effects", "Low EQ", "High EQ", "Cabinet", "Processor", "Playing", "Human", "More",
 };
 static const struct {
     int page, section, count, parameters[6];
@@ -39,11 +39,10 @@ static const struct {
     {LB_BENCH_PAGE, PICKUPS, 3, {LB_PICKUP_PLACE, LB_PICKUP_HEIGHT, LB_CABLE}},
     {LB_BENCH_PAGE, EACH_PICKUP, 4, {LB_PICKUP_1_PLACE, LB_PICKUP_1_HEIGHT, LB_PICKUP_2_PLACE, LB_PICKUP_2_HEIGHT}},
     {LB_BENCH_PAGE, PLUCKING, 3, {LB_FINGER_WIDTH, LB_PLUCK_ANGLE, LB_HARDEST}},
-    {LB_TONE_PAGE, TONE, 2, {LB_GAIN, LB_TONE}},
-    {LB_TONE_PAGE, PICKUPS, 1, {LB_BLEND}},
+    {LB_TONE_PAGE, TONE, 3, {LB_GAIN, LB_TONE, LB_BLEND}},
     {LB_TONE_PAGE, EFFECTS, 3, {LB_COMPRESSION, LB_DRIVE, LB_CLEAN_BLEND}},
-    {LB_TONE_PAGE, EQUALISER, 6, {LB_EQ_BASS, LB_EQ_LOW_MID, LB_EQ_LOW_MID_FREQUENCY, LB_EQ_HIGH_MID,
-                                  LB_EQ_HIGH_MID_FREQUENCY, LB_EQ_TREBLE}},
+    {LB_TONE_PAGE, LOWS, 3, {LB_EQ_BASS, LB_EQ_LOW_MID, LB_EQ_LOW_MID_FREQUENCY}},
+    {LB_TONE_PAGE, HIGHS, 3, {LB_EQ_HIGH_MID, LB_EQ_HIGH_MID_FREQUENCY, LB_EQ_TREBLE}},
     {LB_TONE_PAGE, SPEAKERS, 3, {LB_CABINET, LB_PARAMETERS /* the response */, LB_LIMITER}},
     {LB_SETTINGS, PROCESSOR, 4, {LB_QUALITY, LB_CORES, LB_RUNNING_AHEAD, LB_RELIEF}},
     {LB_SETTINGS, PLAYING, 4, {LB_BEND_RANGE, LB_VELOCITY_CURVE, LB_HAND_POSITION, LB_AVOID_OPEN}},
