@@ -55,7 +55,7 @@ LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1
 ZOOM = (24, 232)
 SONG_PLAY, SONG_CROSS = (38, 84), (876, 84)  # in the bar of a file
 TONE_PAGE = ("mousemove", 222, 58, "click", 1, "sleep", 0.2)
-CABINETS = ("mousemove", 804, 288, "click", 1, "sleep", 0.2, "mousemove")  # opens their menu on that page
+CABINETS = ("mousemove", 804, 402, "click", 1, "sleep", 0.2, "mousemove")  # opens their menu on that page
 FIRST_SOUND = (300, 89)  # in the list: the first of the second column
 TITLES = [load_preset(name).name for name in PRESETS]
 GAIN = 0
@@ -413,7 +413,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
             name = b"Of the session".ljust(64, b"\0")
             atom = np.array([len(name), plugin.number("urn:livebass:bass#response")], "u4").tobytes() + name
             ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
-            hand(*TONE_PAGE, *CABINETS, 700, 339, "click", 1)
+            hand(*TONE_PAGE, *CABINETS, 700, 347, "click", 1)
             wait_for(lambda: idle.idle(handle) == 0 and reported("response") == [f"{file}\0".encode()])
             hand("mousemove", *UNDO, "click", 1)
             wait_for(lambda: idle.idle(handle) == 0 and reported("response")[1:] == [b":Of the session\0"])
@@ -579,11 +579,11 @@ def test_a_cabinet_is_chosen_in_the_window(
     own_cabinet(tmp_path, monkeypatch)
     with open_page(folder) as (plugin, _):
         before = plugin.save()
-        hand(*TONE_PAGE, *CABINETS, 700, 339, "click", 1)
+        hand(*TONE_PAGE, *CABINETS, 700, 347, "click", 1)
         wait_for(lambda: len(plugin.save()) > len(before))
         assert b"Old\0" in file_of(plugin.save(), "response")
         with_file = plugin.save()
-        hand(*CABINETS, 700, 320, "click", 1)
+        hand(*CABINETS, 700, 327, "click", 1)
         wait_for(lambda: plugin.save() == before)
         for wanted in (with_file, before):
             hand("mousemove", *UNDO, "click", 1)
