@@ -23,7 +23,7 @@ OPTIONS = " ".join(f"--{name.replace('_', '-')}" for name in NAMES)
 
 
 def _kind(row: Row) -> click.ParamType:
-    """What an option of this row takes: one of its choices, or a number within a preset's limits."""
+    """Returns the type of this row's option: one of its choices, or a number within a preset's limits."""
     if len(row.choices) > 1:
         return click.Choice(row.choices)
     if row.kind in DIMENSIONS:

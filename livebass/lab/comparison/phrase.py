@@ -71,7 +71,7 @@ class Struck:
 
 @dataclass(frozen=True)
 class Phrase:
-    """What is heard in one recording of a phrase."""
+    """The figures of one recorded phrase."""
 
     notes: tuple[Struck, ...]
     ends: tuple[End, ...] = ()

@@ -1,7 +1,7 @@
 """The transfer AUC: can a preset be told by what all other presets share and no real bass has?
 
 A classifier learns on the other shipped presets against all families of real basses but one. Then it orders the notes
-of a preset and of that family, neither of which it ever heard. AUC is the probability that it tells which of two notes
+of a preset and of that family; it has heard neither of them. AUC is the probability that it tells which of two notes
 is the preset's, on average over the families, each left out in turn. Pitches are alike on both sides: real notes count
 if the preset plays a pitch within a semitone, and every pitch weighs the same for rendered notes as for real ones.
 """

@@ -4,6 +4,7 @@ import {LAYOUT} from "../layout.js";
 const PAGE_BYTES = 65536;
 export const RECORDS = LAYOUT.records;
 export const N = LAYOUT.numbers;
+export const UNPLAYABLE = "Unplayable"; // the name of errors about a neck that cannot be played, between worker and page
 export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
 
 export class Kernels {

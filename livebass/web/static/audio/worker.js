@@ -1,9 +1,8 @@
 // Builds basses in its own memory, each at addresses that are free in the audio thread, and hands over their bytes: the
 // audio thread only copies them.
 import {Engine, pieces} from "./engine.js";
-import {N, RECORDS} from "./kernels.js";
+import {N, RECORDS, UNPLAYABLE} from "./kernels.js";
 
-const UNPLAYABLE = "Unplayable"; // the name of errors about a neck (workshop.js)
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
 const answer = /** @type {any} */ (postMessage);

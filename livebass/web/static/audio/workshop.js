@@ -1,8 +1,9 @@
 // The worker that builds basses in the background.
 import {workerAddress} from "../pages/files.js";
+import {UNPLAYABLE} from "./kernels.js";
 
 // True if no neck can be made as the sliders wanted; the message says which fret is too high.
-export const isUnplayable = (/** @type {unknown} */ error) => /** @type {Error} */ (error).name === "Unplayable"; // in worker.js
+export const isUnplayable = (/** @type {unknown} */ error) => /** @type {Error} */ (error).name === UNPLAYABLE;
 
 class Workshop {
   constructor() {

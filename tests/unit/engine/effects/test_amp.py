@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import j1
 from support.costs import quick
+from support.effects import InMemory
 from support.levels import sine
 from support.strings import behind
 
@@ -17,7 +18,7 @@ from livebass.engine.engine import Engine
 from livebass.kernels.bass.instrument import INSTRUMENT
 from livebass.kernels.effects import boxes, chain, limiter, valve
 from livebass.kernels.effects.boxes import BOXES, Cabinet
-from livebass.kernels.effects.records import EFFECTS, PATHS, SECTIONS, effects_at
+from livebass.kernels.effects.records import PATHS, SECTIONS
 from livebass.kernels.machine.native import record_at
 from livebass.rows.techniques import CABINETS, HIGH_MIDS, LIMITING, LOW_MIDS, knob_of
 from livebass.rows.techniques import EFFECTS as KNOBS
@@ -33,37 +34,15 @@ def equip(address: int, numbers: int) -> None:
     chain.take_amp(address, instrument_at(numbers))
 
 
-@jit
-def play_chain(address: int, sound: Any, flags: Any, frame: int, knobs: int, stride: int) -> None:
-    chain.play_effects(effects_at(address), sound, flags, frame, knobs, stride, len(sound))
-
-
-class Amp:
-    """Effects with these knobs of the bass, and the number of frames they have played."""
+class Amp(InMemory):
+    """Effects with these knobs of the bass."""
 
     def __init__(self, rate: int = RATE, /, compression: float = 0.0, drive: float = 0.0, **own: Any) -> None:
-        self.memory, self.frame, self.rate = np.zeros(chain.bytes_of_effects(0, 1.0, 1.0) // 8), 0, rate
-        self.address, numbers = self.memory.ctypes.data, np.zeros(1, INSTRUMENT)
-        chain.make_effects(self.address, float(rate), compression, drive, 0, 0, float(rate))
+        super().__init__(rate, compression, drive)
+        numbers = np.zeros(1, INSTRUMENT)
         for name, value in own.items():
             numbers[name] = CHOICES[name].index(value) if name in CHOICES else value
         equip(self.address, numbers.ctypes.data)
-
-    @property
-    def record(self) -> np.void:
-        return self.memory.view(np.uint8)[: EFFECTS.itemsize].view(EFFECTS)[0]
-
-    def play(self, sound: Any, sizes: Any = (), knobs: Any = None) -> np.ndarray:
-        """Processes `sound` in blocks of `sizes`, with `knobs` (n, frames); the flags are kept."""
-        out = np.array(sound, np.float32)
-        self.flags = np.zeros_like(out)
-        at, stride = 0, 0 if knobs is None else knobs.shape[1]
-        for size in [*sizes, len(out) - sum(sizes)]:
-            where = 0 if knobs is None else knobs.ctypes.data + 8 * at
-            play_chain(self.address, out[at : at + size], self.flags[at : at + size], self.frame, where, stride)
-            at += size
-            self.frame += size
-        return out
 
     def gain(self, hertz: np.ndarray, size: float = 1e-3) -> np.ndarray:
         """The complex gain at these frequencies, by an impulse of `size`."""

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.costs import quick
+from support.effects import InMemory
 from support.levels import sine
 
 from livebass.compiling import jit
 from livebass.kernels.effects import chain, compressor, convolution, valve
 from livebass.kernels.effects.fourier import fill_turns, transform
-from livebass.kernels.effects.records import CURVE, EFFECTS, KNOBS, LATE, PART, TURNS, effects_at
+from livebass.kernels.effects.records import CURVE, KNOBS, LATE, PART, TURNS, effects_at
 
 RATE = 44_100
 
@@ -35,36 +36,11 @@ def convolve_part(address: int, sound: Any, place: int) -> None:
         sound[j] = e.sound[j]
 
 
-@jit
-def play_chain(address: int, sound: Any, flags: Any, frame: int, knobs: int, stride: int) -> None:
-    chain.play_effects(effects_at(address), sound, flags, frame, knobs, stride, len(sound))
-
-
-class Chain:
-    """The effects of a bass, and the number of frames they have played."""
+class Chain(InMemory):
+    """The effects of a bass."""
 
     def __init__(self, compression: float = 0.0, drive: float = 0.0, response: Any = (), given: int = RATE) -> None:
-        taps = np.array(response, float)
-        size = chain.bytes_of_effects(len(taps), float(given), float(RATE))
-        self.memory, self.frame = np.zeros(size // 8), 0
-        self.address = self.memory.ctypes.data
-        chain.make_effects(self.address, float(RATE), compression, drive, taps.ctypes.data, len(taps), float(given))
-
-    @property
-    def record(self) -> np.void:
-        return self.memory.view(np.uint8)[: EFFECTS.itemsize].view(EFFECTS)[0]
-
-    def play(self, sound: Any, sizes: Any = (), knobs: Any = None) -> np.ndarray:
-        """Processes `sound` in blocks of `sizes`, with `knobs` (KNOBS, n); the flags are kept."""
-        out = np.array(sound, np.float32)
-        self.flags = np.zeros_like(out)
-        at, stride = 0, 0 if knobs is None else knobs.shape[1]
-        for size in [*sizes, len(out) - sum(sizes)]:
-            where = 0 if knobs is None else knobs.ctypes.data + 8 * at
-            play_chain(self.address, out[at : at + size], self.flags[at : at + size], self.frame, where, stride)
-            at += size
-            self.frame += size
-        return out
+        super().__init__(RATE, compression, drive, response, given)
 
     def convolve(self, sound: Any) -> np.ndarray:
         """The response alone, in float64 (n,)."""
