@@ -8,6 +8,8 @@ from support.own_basses import FRETTED
 from support.played import Played, event, made_of
 
 from livebass.compiling import jit
+from livebass.engine.prepare import modal_row
+from livebass.kernels.hands import fretting
 from livebass.kernels.string import handover
 from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, PLUCK, ROW, WORK
 from livebass.model.instrument import speaking
@@ -112,3 +114,50 @@ def test_the_obstacle_beside_a_place_is_the_nearest_crown(preset: str, fret: int
     wanted = [heights[np.argmin(np.abs(x - place))] for place in places]
     assert [crown(string.ops, fret, s) for s in places] == pytest.approx(wanted, rel=1e-12)
     assert np.ptp(wanted) > 5e-4
+
+
+@jit
+def change(strings, operators, fret):
+    fretting.change_fret(strings[0], operators, fret, fretting.GENTLY, 0.0)
+
+
+def motion_of(string: Played, polarisation: str) -> Floats:
+    """Displacement and velocity (m, m/s) of the sounding string's modes, (2, modes), as mode shapes of unit square."""
+    slot = string.voice.slots[int(string.record["slot"])]
+    row, count = slot[polarisation], int(string.ops[int(slot["fret"])]["modes"])
+    q, p, kappa, sigma = (np.array(modal_row(row, name)[:count], np.float64) for name in ("q", "p", "kappa", "sigma"))
+    return np.array([q, p / kappa - sigma * q])
+
+
+def shape_of(motion: Floats, length: float, x: Floats) -> Floats:
+    """Displacement and velocity at `x`, m from the stop, (2, points)."""
+    j = np.arange(1, motion.shape[1] + 1)
+    made: Floats = np.sqrt(2 / length) * motion @ np.sin(np.outer(j, np.pi / length * x))
+    return made
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("fret, to", [(0, 12), (0, 5), (12, 0), (7, 3), (12, 5)])
+def test_the_motion_handed_over_is_the_projection_of_the_old_one(preset: str, fret: int, to: int) -> None:
+    """A shorter string swings over the line to its stop; a longer one lies still behind the old stop.
+
+    From fret 0 to 12 every mode of the shorter string is one of the longer: these have sums of their own.
+    """
+    string = Played(preset, 0, "reference")
+    string.play(event(PLUCK, apex=3e-4, place=0.3, fret=fret, angle=0.7))
+    for _ in range(700):
+        string.play(event(PLUCK)[:0])
+    old_length, length = (float(string.ops[k]["length"]) for k in (fret, to))
+    before = {w: motion_of(string, w) for w in ("u", "v")}
+    change(string.voice.string, string.ops, to)
+    x, count = np.linspace(0.0, length, 20001), 40
+    shapes = np.sqrt(2 / length) * np.sin(np.outer(np.arange(1, count + 1), np.pi / length * x))
+    s = old_length - length
+    for name, old in before.items():
+        wanted = shape_of(old, old_length, np.clip(x + s, 0.0, old_length))
+        if s > 0.0:
+            wanted -= wanted[:, :1] * (1 - x / length)
+        wanted = (wanted[:, None] * shapes).sum(axis=2) * (x[1] - x[0])
+        found = motion_of(string, name)[:, :count]
+        off = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max(axis=1)
+        assert np.all(np.abs(wanted).max(axis=1) > 1e-7) and off.max() < 1e-4, (name, off)
