@@ -71,8 +71,9 @@ def shipped(text: str, settings: dict[str, Any], source: dict[str, Any]) -> str:
     given = {key: settings[key] for key in ("name", "description")} | settings["by_hand"]
     for key, value in given.items():
         line = f"{key} = " + (f'"{value}"' if isinstance(value, str) else str(value))
-        line += "  # by hand" if key in settings["by_hand"] else ""
-        text, count = re.subn(rf"^{key} = .*$", line, text, count=1, flags=re.MULTILINE)
+        by_hand = key in settings["by_hand"]  # on every string that has the key
+        line += "  # by hand" if by_hand else ""
+        text, count = re.subn(rf"^{key} = .*$", line, text, count=0 if by_hand else 1, flags=re.MULTILINE)
         if not count:
             raise SystemExit(f"{key}: not in the fitted preset")
     return f"# {source['bass']}: {source['source']},\n# {settings['notes']}.\n# {settings['why']}\n{text}"

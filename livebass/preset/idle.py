@@ -80,6 +80,13 @@ def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> lis
     return [rule for rule in found if rule.keys]
 
 
+def _needs(key: str, knob: str, off: str) -> Rule:
+    """The rule for a key of the effects that does nothing while another is 0."""
+    return Rule(
+        "effects", (key,), f"effects.{knob} is {off}: only a knob turns it up", lambda _, e: not getattr(e, knob)
+    )
+
+
 RULES = (
     Rule("coil", key_names("coil"), NO_PICKUPS, _displacement),
     Rule("pickup", key_names("pickup"), NO_PICKUPS, _displacement),
@@ -139,10 +146,16 @@ RULES = (
     Rule("pick", PICKING, STRUCK, _slaps_only),
     Rule("pick", PICKING, NO_PICK, _is_unpicked),
     *_group("pick", NO_PICK, _is_unpicked),
+    _needs("eq_low_mid_frequency", "eq_low_mid", "0 dB"),
+    _needs("eq_high_mid_frequency", "eq_high_mid", "0 dB"),
+    _needs("clean_blend", "drive", "0"),
 )
 # Keys without a field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"
-WITHOUT_FIELD = {("string", "core_modulus"): NO_CORE, ("string", "stiffness_ratio"): NO_CORE}
+WITHOUT_FIELD = {
+    ("string", "core_modulus"): NO_CORE, ("string", "stiffness_ratio"): NO_CORE,
+    ("effects", "response_level"): "effects.response is missing",
+}  # fmt: skip
 
 
 def _bends(neck: Neck) -> bool:
@@ -258,7 +271,7 @@ def _parts(bass: Instrument) -> dict[str, list[Any]]:
     output, player = bass.output, bass.player
     return {
         "string": [*bass.strings], "neck": [*bass.necks], "pickup": [*output.pickups], "coil": [output.coil],
-        "output": [output], "player": [player], "pick": [player.pick],
+        "output": [output], "player": [player], "pick": [player.pick], "effects": [bass.effects],
     }  # fmt: skip
 
 
@@ -271,7 +284,7 @@ def _heard_fields(bass: Instrument) -> Instrument:
     output = replace(parts["output"][0], pickups=tuple(parts["pickup"]), coil=parts["coil"][0])
     player = replace(parts["player"][0], pick=parts["pick"][0])
     strings, necks = tuple(parts["string"]), tuple(parts["neck"])
-    return replace(bass, strings=strings, necks=necks, output=output, player=player)
+    return replace(bass, strings=strings, necks=necks, output=output, player=player, effects=parts["effects"][0])
 
 
 def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:

@@ -55,6 +55,8 @@ RETURN = (0.12, 1.5)  # s, in which it rises again
 BURST, BURST_HOP = 0.03, 0.01  # s, of a window on it
 FLOOR = 65.0  # dB below its loudest: fainter bursts count as that
 HISS, MUSIC = (10_000.0, 16_000.0), (30.0, 8000.0)  # Hz
+HISSING = (0.4, 0.6)  # s
+KNOWN = 0.47  # of the rate: recordings have no higher frequencies
 # Hz, bands of the noise floor
 FLOORS = ((200.0, 500.0), (500.0, 1500.0), (1500.0, 4000.0), (4000.0, 8000.0), HISS)
 FALL = 20.0  # dB, by which a muted note falls
@@ -460,7 +462,7 @@ def _floors(note: _Note, rings: Ringing) -> dict[str, Any]:
     for key, (low, high) in zip(FLOOR_KEYS, FLOORS, strict=True):
         inside = free & (nu >= low) & (nu < high)
         level = 1000 * typical(power[inside])
-        if high > 0.47 * note.rate:
+        if high > KNOWN * note.rate:
             found[key] = f"rate {note.rate:g} Hz: nothing is known up to {high:g} Hz"
         else:
             found[key] = _db(level) - loud if level > 0 else "no gap in it, or silence"
@@ -481,14 +483,20 @@ def _lines(note: _Note, rings: Ringing) -> dict[str, Any]:
     return {"lines": _db(float(power[free].max()) * lobe) - _db(float(power[nu > 0.5 * note.pitch].sum()))}
 
 
-def _hiss(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Level of 10 to 16 kHz from 0.4 to 0.6 s, relative to everything up to 8 kHz then."""
-    if HISS[1] > 0.47 * note.rate:
-        raise _Unknown(f"rate {note.rate:g} Hz: nothing is known up to {HISS[1]:g} Hz")
-    piece = note.part(0.4, 0.6)
-    nu, power = _spectrum(piece, note.rate, _hann(piece.size), 5.0)
+def hiss(piece: Floats, rate: float) -> float:
+    """Returns the level of HISS in a piece of sound, (n,), relative to MUSIC, dB; NaN if `rate`, Hz, has no HISS."""
+    if HISS[1] > KNOWN * rate:
+        return math.nan
+    nu, power = _spectrum(piece, rate, _hann(piece.size), 5.0)
     noise, music = (float(power[(nu > low) & (nu < high)].sum()) for low, high in (HISS, MUSIC))
-    return {"hiss": _db(noise) - _db(music)}
+    return _db(noise) - _db(music)
+
+
+def _hiss(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Level of 10 to 16 kHz in HISSING, relative to everything up to 8 kHz then."""
+    if HISS[1] > KNOWN * note.rate:
+        raise _Unknown(f"rate {note.rate:g} Hz: nothing is known up to {HISS[1]:g} Hz")
+    return {"hiss": hiss(note.part(*HISSING), note.rate)}
 
 
 def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:

@@ -73,7 +73,8 @@ class Free:
             first, last = bass.output.pickups[0].level, bass.output.pickups[-1].level
             return 20 * math.log10(max(last, 1e-3) / max(first, 1e-3))
         if self.section == "string":
-            return float(np.exp(np.mean([math.log(max(getattr(s, self.key), 1e-9)) for s in bass.strings])))
+            each = [getattr(s, self.key) for s in bass.strings]
+            return float(np.exp(np.mean(np.log(each)))) if min(each) > 0 else 0.0
         of = {"neck": bass.necks[0], "player": bass.player, "pick": bass.player.pick, "coil": bass.output.coil}
         return float(getattr(of[self.section], self.key)) / self.size
 
@@ -124,6 +125,7 @@ def string_table(own: Tables, bass: Instrument, name: str) -> Tables:
 HARDEST = Free("player", "hardest", "force at velocity 127", 1.5, 12.0, log=True)
 FREE = (
     Free("string", "thermoelastic", "loss in the windings", 5e-5, 4e-3, log=True),
+    Free("string", "relaxation", "loss that grows up to some kHz", 1e-4, 1e-2, log=True),
     Free(FACTOR, "viscoelastic_angle", "loss in the cores, over the base preset's", 0.2, 10.0, log=True),
     Free("neck", "stop_conductance", "loss at a stop", 0.1, 4.0, "mm/s/N", log=True),
     Free("neck", "contact_loss", "loss at the frets", 10.0, 1500.0, "N s/m", log=True),

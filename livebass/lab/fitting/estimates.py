@@ -18,7 +18,7 @@ import soundfile
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.floor import HARMONICS
 from livebass.lab.comparison.floor import density, typical
-from livebass.lab.comparison.measures import attack
+from livebass.lab.comparison.measures import HISSING, attack, hiss
 from livebass.lab.comparison.notes import AFTER, RELEASED, Note
 from livebass.lab.comparison.ringing import ringing
 from livebass.lab.fitting.bounds import FACTOR, Free
@@ -37,7 +37,7 @@ MAXIMUM = 3.0  # times the base preset's inharmonicity, or one by this: farther 
 NOTES = 10  # whose losses are fitted
 PARTIALS = 40  # of each
 STEPS = 40  # of least squares
-LOSSES = ("thermoelastic", "viscoelastic_angle", "stop_conductance")
+LOSSES = ("thermoelastic", "relaxation", "viscoelastic_angle", "stop_conductance")
 FLOORS = (-90.0, -30.0)  # dB
 CUTOFF, WIDTH = 20e3, 18e3  # Hz, of the floor; the width of white noise that is as loud
 LEVEL = (500.0, 16e3)  # Hz, where every floor is level
@@ -47,7 +47,6 @@ LEAD = 0.02  # s of it, at least
 VELOCITY = 90  # of a medium note
 KNOCKED = 5  # notes that are released
 LOUD_KNOCK = 10.0  # dB
-HISS = (10e3, 16e3)  # Hz
 MAINS = (50.0, 60.0)  # Hz
 NEAR = 1.0  # Hz: mains drift less
 LINES_APART = 1.0  # s of silence that tell a line from what is beside it
@@ -147,8 +146,9 @@ def _decays(bass: Instrument, recorded: Recorded) -> list[tuple[int, int, Ints, 
 def _t60(bass: Instrument, string: int, fret: int, given: dict[str, float]) -> Floats:
     """T60 (s) of the first PARTIALS of a note with other losses."""
     s, neck = bass.strings[string], bass.necks[string]
-    if "thermoelastic" in given:
-        s = replace(s, thermoelastic=given["thermoelastic"])
+    s = replace(
+        s, thermoelastic=given.get("thermoelastic", s.thermoelastic), relaxation=given.get("relaxation", s.relaxation)
+    )
     if "viscoelastic_angle" in given:
         s = replace(s, viscoelastic_angle=min(s.viscoelastic_angle * given["viscoelastic_angle"], 0.5))
     if "stop_conductance" in given:
@@ -264,13 +264,9 @@ def _floor_by_hiss(recorded: Recorded, problem: Problem) -> float | None:
 
 
 def _hiss(note: Note) -> float:
-    """Level of HISS at 0.4 to 0.6 s over the whole note then, dB; NaN if the rate is too low for it."""
-    if note.rate < 2.05 * HISS[1]:
-        return math.nan
-    sound = note.sound[attack(note.sound, note.rate) :][round(0.4 * note.rate) : round(0.6 * note.rate)]
-    power = np.abs(np.fft.rfft(sound * np.hanning(sound.size))) ** 2
-    nu = np.arange(power.size) * note.rate / sound.size
-    return 10 * math.log10(float(power[(nu > HISS[0]) & (nu < HISS[1])].sum() / power.sum()) + 1e-15)
+    """The hiss of a note, dB; NaN if the rate is too low for it."""
+    begin, end = (attack(note.sound, note.rate) + round(t * note.rate) for t in HISSING)
+    return hiss(note.sound[begin:end], note.rate)
 
 
 def _rms(sound: Floats) -> float:

@@ -153,6 +153,15 @@ def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
     assert estimates.knock(record(takes), load_preset(NAME)) is None
 
 
+def test_a_relaxation_is_fitted_where_the_base_has_one_and_damps_the_highs() -> None:
+    bass = load_preset("jazz-finger")
+    plain = replace(bass, strings=tuple(replace(s, relaxation=0.0) for s in bass.strings))
+    with_it, without = ({f.key for f in free_numbers(each)} for each in (bass, plain))
+    assert with_it - without == {"relaxation"}
+    few, many = (estimates._t60(plain, 0, 0, {"relaxation": loss}) for loss in (1e-4, 4e-3))
+    assert many[30] < 0.5 * few[30] and many[0] > 0.9 * few[0]
+
+
 def test_only_a_palm_that_rests_is_fitted() -> None:
     muted, free = ({f.key for f in free_numbers(load_preset(name))} for name in ("muted", NAME))
     assert muted - free == {"palm_resistance", "palm_place", "palm_width"}

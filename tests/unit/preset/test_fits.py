@@ -50,8 +50,9 @@ def test_a_fitted_preset_names_its_recordings_and_its_command(name: str) -> None
     assert f"{command} --evaluations {reported['evaluations']}\n" in text
     assert reported["why"] in text
     made = tomllib.loads(text)
-    set_by_hand = made["neck"] | made["output"] | made["player"]
-    assert {key: set_by_hand[key] for key in reported["by_hand"]} == reported["by_hand"]
+    for string in made["string"]:
+        set_by_hand = string | made["neck"] | made["output"] | made["player"]
+        assert {key: set_by_hand[key] for key in reported["by_hand"]} == reported["by_hand"]
     assert {key: made[key] for key in ("name", "description")} == {
         key: reported[key] for key in ("name", "description")
     }

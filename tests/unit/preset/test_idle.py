@@ -15,6 +15,7 @@ from support.command import Run, cli_text
 from support.costs import of_each_kind
 
 from livebass import quality_with, render_to_array, score_of
+from livebass.engine.engine import Engine
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.idle import Given, given_keys, idle_keys, other_values
 from livebass.preset.keys import KEYS, key_names
@@ -97,6 +98,10 @@ CASES: list[tuple[list[tuple[str, str]], dict[str, str]]] = [
      {"pickup[1].position": "no pickups", "coil.tone": "no pickups", "output.across": "pluck_angle is 0"}),
     ([("[player]", '[output]\nsensor = "20 mm"\n[player]')], {"output.sensor": "no sensor"}),
     ([player("softest = 0.1\n[pick]\nlift = 0.7")], {"pick.lift": 'stroke is not "pick"'}),
+    ([player('[effects]\neq_treble = "3 dB"\neq_low_mid_frequency = "250 Hz"\neq_high_mid_frequency = "1 kHz"')],
+     {"effects.eq_low_mid_frequency": "eq_low_mid is 0 dB", "effects.eq_high_mid_frequency": "eq_high_mid is 0 dB"}),
+    ([player('[effects]\nclean_blend = 0.5\nresponse_level = "normalized"\ncabinet = "closed-4x10"')],
+     {"effects.clean_blend": "drive is 0", "effects.response_level": "response is missing"}),
 ]  # fmt: skip
 
 
@@ -164,6 +169,29 @@ def test_what_is_idle_is_not_heard(changes: list[tuple[str, str]], expected: dic
     for given in given_keys(data):
         if given.place in expected:
             assert not any(others_heard(data, given, before)), given.place
+
+
+def mix(data: dict[str, Any]) -> np.ndarray:
+    """One note behind the effects, (n_frames,)."""
+    engine = Engine(Builder("f").instrument(data), quality_with("live", modes=30, contact_rate=100e3), 16000)
+    blocks = engine.play_with_mix(score_of([(0.0, 0.05, 43, 90)], 16000), 0.0)
+    return np.concatenate([strings.sum(axis=0) if behind is None else behind for strings, behind in blocks])
+
+
+AMP = {
+    "drive": 0.3, "clean_blend": 0.5, "eq_low_mid": "6 dB", "eq_low_mid_frequency": "250 Hz",
+    "eq_high_mid": "-6 dB", "eq_high_mid_frequency": "1 kHz",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("off", ["", "drive", "eq_low_mid", "eq_high_mid"])
+def test_a_key_of_the_amp_is_heard_or_idle(off: str) -> None:
+    data = tomllib.loads(text_of()) | {"effects": {key: value for key, value in AMP.items() if key != off}}
+    idle, before = dict(idle_keys(data)), mix(data)
+    assert len(idle) == bool(off)
+    for given in (given for given in given_keys(data) if given.key.section == "effects"):
+        others = (mix(given.with_value(data, raw)) for raw in other_values(given.key, given.raw))
+        assert any(not np.array_equal(other, before) for other in others) == (given.place not in idle), given.place
 
 
 def test_every_number_of_a_pick_is_heard_where_it_plucks() -> None:

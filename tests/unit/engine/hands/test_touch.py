@@ -38,7 +38,9 @@ PAPER = ("paper-g", "paper-bass", "paper-fretless")
 PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
 OVER_FRETS = sorted(set(preset_names()) - {"fretless", "paper-fretless", "upright"})
 POPPED = sorted(set(OVER_FRETS) - {"precision-pick", "short-scale"})  # a pick pops nothing
-POP_OVER = 10.0  # dB, at most, of the peak of a straight-up pop over the loudest finger note's, across
+# dB, at most, of the peak of a straight-up pop over the loudest finger note's, across: with the same apex a finger that
+# pulls 70 degrees off the vertical moves the string 9.3 dB less towards the pickups
+POP_OVER = 10.5
 FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string above a finger's, where it can
 # dB of a note's fundamental 9 ms after a finger takes its string: in front of the bridge pickup, and by it, where the
 # string gives a finger less to take
