@@ -10,7 +10,7 @@ import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -52,9 +52,11 @@ def wrap_row(head: str, text: str) -> str:
     )  # fmt: skip
 
 
-def fretting_out(notes: Iterable[Choked]) -> str:
+def fretting_out(notes: Sequence[Choked]) -> str:
     """Names the notes that fret out, by the fret that they lie on; empty if there are none."""
-    from livebass.report.text import runs
+    if not notes:
+        return ""
+    from livebass.report.text import runs  # imports csv, which a render does not need
 
     by_crown: dict[int, dict[str, list[int]]] = {}
     for note in notes:
@@ -67,8 +69,6 @@ def fretting_out(notes: Iterable[Choked]) -> str:
             for string, frets in strings.items()
         )
         parts.append(f"on fret {on} lies {'; '.join(named)}")
-    if not parts:
-        return ""
     return f"notes fret out, and sound as the higher fret that the string lies on at rest: {', '.join(parts)}"
 
 
