@@ -31,9 +31,14 @@ EXPECTED = (ValueError, OSError, MemoryError)  # raised by the package on purpos
 
 
 # Commands whose file is not called like them, or whose function is not: the file of this package and the function
-ELSEWHERE = {"simulate": ("study", "simulate"), "identify": ("presets", "identify"), "help": ("help", "help_")}
+ELSEWHERE = {
+    "simulate": ("study", "simulate"),
+    "map": ("map", "map_"),
+    "identify": ("presets", "identify"),
+    "help": ("help", "help_"),
+}
 COMMANDS = (
-    "play", "page", "render", "presets", "devices", "export", "simulate", "study", "identify", "compare", "fit",
+    "play", "page", "render", "presets", "devices", "export", "simulate", "map", "study", "identify", "compare", "fit",
     "bench", "help",
 )  # fmt: skip
 

@@ -10,11 +10,16 @@ import os
 import shutil
 import sys
 import textwrap
+from collections.abc import Sequence
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import click
 
 from livebass.rows.units import one_line
+
+if TYPE_CHECKING:
+    from livebass.model.rest import Choked
 
 DEFAULT_WIDTH, MIN_WIDTH = 80, 20  # columns: of tables without a terminal; of a very narrow one
 INDENT = "  "  # of continuation lines
@@ -45,6 +50,26 @@ def wrap_row(head: str, text: str) -> str:
         text, width(), initial_indent=head, subsequent_indent=" " * len(head), break_long_words=False,
         break_on_hyphens=False,
     )  # fmt: skip
+
+
+def fretting_out(notes: Sequence[Choked]) -> str:
+    """Names the notes that fret out, by the fret that they lie on; empty if there are none."""
+    if not notes:
+        return ""
+    from livebass.report.text import runs  # imports csv, which a render does not need
+
+    by_crown: dict[int, dict[str, list[int]]] = {}
+    for note in notes:
+        by_crown.setdefault(note.on, {}).setdefault(note.string, []).append(note.fret)
+    parts = []
+    for on, strings in by_crown.items():
+        named = (
+            f"{string} at fret{'s' * (len(frets) > 1)} "
+            + ", ".join(f"{one[0]} to {one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs(frets))
+            for string, frets in strings.items()
+        )
+        parts.append(f"on fret {on} lies {'; '.join(named)}")
+    return f"notes fret out, and sound as the higher fret that the string lies on at rest: {', '.join(parts)}"
 
 
 def clipping(clipped: int, gain: float, peak: float) -> str:

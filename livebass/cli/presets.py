@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from livebass.cli import options
-from livebass.cli.messages import say, wrap_row
+from livebass.cli.messages import fretting_out, say, wrap_row
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
 from livebass.lab.identification import limits
@@ -75,8 +75,10 @@ def check(file: str) -> None:
     """Check a preset FILE.
 
     An error names the key, its value and the limits. For a good preset the command names keys that change no note, and
-    says why; and wolves, notes that the neck keeps from their pitch.
+    says why; notes that fret out, as the string lies on a higher fret at rest; and wolves, notes that the neck keeps
+    from their pitch.
     """
+    from livebass.model.rest import choked
     from livebass.preset.checks import wolves
     from livebass.preset.idle import idle_keys
     from livebass.preset.load import load_preset, preset_tables, renamed_keys
@@ -89,6 +91,8 @@ def check(file: str) -> None:
     if (response := bass.effects.response) and response.remark:
         click.echo(one_line(response.remark))
     for line in renamed_keys(file):
+        click.echo(one_line(f"{file}: {line}"))
+    if line := fretting_out(choked(bass)):
         click.echo(one_line(f"{file}: {line}"))
     if notes := [
         f"{string} at fret {fret} ({abs(off):.0f} cents {'sharp' if off > 0 else 'flat'})"

@@ -25,6 +25,7 @@ from livebass.lab.paper.cases import CASES, PLAYED, PRESET
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
+from livebass.model.rest import lies_on
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import ENDING, OLD_ENDING, image_digest, instrument_file
 from livebass.preset.load import load_preset, preset_names
@@ -226,7 +227,7 @@ def bass_data(name: str, bass: Instrument) -> dict[str, Any]:
         "name": name,
         "title": bass.name,
         "about": bass.description,
-        "strings": [shown_string(s, neck) for s, neck in zip(bass.strings, bass.necks, strict=True)],
+        "strings": [shown_string(s, neck, bass.frets) for s, neck in zip(bass.strings, bass.necks, strict=True)],
         "pickups": [shown_pickup(pickup, bass) for pickup in bass.output.pickups],
         "body": bass.strings[0].length - BODY,
         "pluck": [bass.player.pluck_nearest, bass.player.pluck_position, bass.player.pluck_farthest],
@@ -260,8 +261,11 @@ def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]
     ]
 
 
-def shown_string(string: String, neck: Neck) -> dict[str, Any]:
-    """Returns a string's data for the page: lengths in m, its gauge in mm."""
+def shown_string(string: String, neck: Neck, frets: int) -> dict[str, Any]:
+    """Returns a string's data for the page: lengths in m, its gauge in mm; it may be pressed at so many `frets`.
+
+    Its `rests` are the frets at which it frets out, each with the fret that it lies on.
+    """
     return {
         "name": string.name,
         "note": string.open_note,
@@ -269,6 +273,7 @@ def shown_string(string: String, neck: Neck) -> dict[str, Any]:
         "length": string.length,
         "frets": [round(x, 6) for x in neck.fret_positions],
         "heights": [round(h, 7) for h in neck.fret_heights],
+        "rests": {fret: on for fret in range(1, frets + 1) if (on := lies_on(string, neck, fret)) != fret},
     }
 
 

@@ -57,12 +57,13 @@ globalThis.ask = message => {
   return built;
 };
 ask({module});
-globalThis.fileOf = (name, values) => {
+globalThis.changed = (name, values) => {
   const bench = benches.get(name), file = Uint8Array.from(Buffer.from(files[name], "base64")).buffer;
   bench.slots = {A: {}, B: {}};
   bench.setAll(values);
-  return ask({change: bench.moved(), file, names: bench.bass.strings.map(string => string.name)}).file;
+  return ask({change: bench.moved(), file, names: bench.bass.strings.map(string => string.name)});
 };
+globalThis.fileOf = (name, values) => changed(name, values).file;
 globalThis.build = (name, values, rate) => {
   const built = ask({name, file: fileOf(name, values), tier: page.tier, rate});
   onmessage({data: {free: built.bass}});
@@ -119,6 +120,10 @@ class Page(Node):
             "return [benches.get(name).toml(), base64(file)]", name, values,
         )  # fmt: skip
         return toml, base64.b64decode(file)
+
+    def rests(self, name: str, values: Mapping[str, float]) -> list[dict[str, int]]:
+        """For each string of a bass with these values, the frets at which it frets out, and the one it lies on."""
+        return list(self.run("return changed(...arguments).rests", name, values))
 
     def toml(self, name: str, values: Mapping[str, float]) -> str:
         """The saved preset of a bass with these values."""

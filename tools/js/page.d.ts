@@ -43,7 +43,10 @@ interface BassString {
   length: number; // m, as all lengths
   frets: number[];
   heights: number[];
+  rests: Rests;
 }
+
+type Rests = Record<number, number>; // the frets at which a string frets out, and the higher one that it lies on
 
 interface Bass {
   name: string;
@@ -158,6 +161,7 @@ interface MadeBass {
   file: ArrayBuffer;
   response?: Float64Array;
   heights: number[][]; // of each string's crowns
+  rests: Rests[];
 }
 
 interface Built extends MadeBass {

@@ -468,8 +468,8 @@ VOICE_SLOTS = 2
 CONTACT = np.dtype(
     [
         ("step", "i8"),  # fine step of the string
-        ("point", "i8"),  # contact point of the operator; over frets it is fret `fret` + 1 + point
-        ("fret", "i8"),  # that stops the string
+        ("point", "i8"),  # contact point of the operator: operators.place_of
+        ("fret", "i8"),  # that is pressed
         ("speed", "f8"),  # m/s, of impact
     ],
     align=True,

@@ -27,6 +27,7 @@ NEEDED = [  # (extras, a distribution or all of the extras' that the command nee
     ("plots", "", ("study", "sweep", *TWO)),
     ("plots", "", ("compare", RECORDING, "-o", "compared.html")),
     ("hear", "", ("compare", RECORDING, "--hear")),
+    ("plots", "", ("map", "-o", "neck.png")),
     ("plots", "", ("bench", "live", "--plot", "bench.png")),
     ("analysis,fit,plots", "cmaes scipy matplotlib jinja2", ("fit", RECORDING, "-o", "mine.toml")),
     ("analysis,fit", "cmaes scipy", ("fit", RECORDING, "--no-page", "-o", "mine.toml")),

@@ -17,7 +17,7 @@ const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
  * @param {string} name
  * @param {string} path of its instrument file
  * @param {[number, number][]} moved number and value of each slider
- * @returns {Promise<{file: ArrayBuffer, heights: number[][], places: number[]}>}
+ * @returns {Promise<{file: ArrayBuffer, heights: number[][], rests: Rests[], places: number[]}>}
  */
 export async function imageOf(name, path = `basses/${name}.lbass`, moved = []) {
   const names = bassCalled(name).strings.map(string => string.name), file = await read(path);
@@ -191,8 +191,8 @@ export class WorkletPlayer {
    */
   async build(name, rate, warm = 0) {
     const label = this.labelOf(name), {response} = this, file = await this.fileOf(name), kept = file.slice(0);
-    const heights = bassCalled(name).strings.map(string => string.heights);
-    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), name, label, file: kept, response, heights};
+    const {strings} = bassCalled(name), heights = strings.map(string => string.heights), rests = strings.map(string => string.rests);
+    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), name, label, file: kept, response, heights, rests};
   }
 
   prepare(/** @type {string} */ name, warm = 0) {

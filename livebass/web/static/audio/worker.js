@@ -74,7 +74,8 @@ function move({id, file, tier, rate, response, recalled, performed, pluck, befor
 }
 
 // Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
-// each open string) and its pickups' places (m from the saddle). Throws an Error, one line, for a file of another kind,
+// each open string), the frets at which a string frets out, each with the higher one that it lies on, and the pickups'
+// places (m from the saddle). Throws an Error, one line, for a file of another kind,
 // and for a neck that cannot be played. `names`: of the strings.
 function change({change: values, file, names}) {
   engine.clear();
@@ -94,14 +95,21 @@ function change({change: values, file, names}) {
     error.name = UNPLAYABLE;
     throw error;
   }
-  const heights = names.map((_, i) => {
+  const heights = [], rests = [], frets = of("frets");
+  names.forEach((_, i) => {
     const string = record + RECORDS.BENCH.fields.string[0] + i * RECORDS.BENCH_STRING.bytes;
-    const [first, count] = ["frets", "frets_count"].map(name => engine.get("BENCH_STRING", string, name));
+    const [first, count, length] = ["frets", "frets_count", "length"].map(name => engine.get("BENCH_STRING", string, name));
     const number = k => engine.view.getFloat64(of("numbers") + 8 * k, true);
-    return Array.from({length: count}, (_, k) => number(first + 2 * k + 1));
+    heights.push(Array.from({length: count}, (_, k) => number(first + 2 * k + 1)));
+    const ends = Array.from({length: count}, (_, k) => length - number(first + 2 * k)), of_string = {};
+    for (let fret = 1; fret <= frets; fret++) {
+      const note = of("notes") + RECORDS.NOTE.bytes * (i * (frets + 1) + fret), on = 1 + ends.indexOf(engine.get("NOTE", note, "length"));
+      if (on > fret) of_string[fret] = on;
+    }
+    rests.push(of_string);
   });
   const places = Array.from({length: of("pickups")}, (_, k) => of("position", k));
-  return {file: engine.memory.buffer.slice(get("made"), get("made") + 8 * get("words")), heights, places};
+  return {file: engine.memory.buffer.slice(get("made"), get("made") + 8 * get("words")), heights, rests, places};
 }
 
 onmessage = ({data}) => {

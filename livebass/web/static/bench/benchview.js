@@ -178,9 +178,9 @@ async function goBack(own, wanted, /** @type {Error} */ {message}) {
 }
 
 // Moves a bass's crowns (m from the open strings) and pickups (m from the saddle) to their changed places.
-function showChanged(own, {heights, places}) {
+function showChanged(own, {heights, rests, places}) {
   const {bass} = own, {strings, pickups} = bass;
-  strings.forEach((string, i) => { string.heights = heights[i]; });
+  strings.forEach((string, i) => Object.assign(string, {heights: heights[i], rests: rests[i]}));
   see.needed = true;
   if (!places.some((place, k) => Math.abs(place - pickups[k].position) > 1e-9)) return;
   places.forEach((place, k) => { pickups[k].position = place; });

@@ -1,14 +1,25 @@
 // The sentence under the neck: what the page is, what the last note did, what a replay shows.
 import {$, chosenBass} from "../pages/page.js";
 import {player} from "../audio/player.js";
+import {FULL_SPEED} from "./see.js";
+import {see} from "./view.js";
 
 export const tell = (/** @type {string} */ text) => { $("seen").textContent = text; };
 
 export const contactsOf = (/** @type {number} */ count) => count === 1 ? "1 contact" : `${count} contacts`;
 
+// The higher fret that a note's string lies on at rest; undefined: it lies on its own.
+function liesOn(/** @type {SeenNote} */ {string, fret = 0, of = 0}) {
+  return (player.basses.get(of)?.rests ?? chosenBass().strings.map(({rests}) => rests))[string]?.[fret];
+}
+
 // Tells what a note did: "E string, fret 3: 7 contacts; it hits fret 4 hardest."
-export function tellNote(/** @type {SeenNote} */ {string, fret = 0, contacts}) {
-  const {strings, capo, fretless} = chosenBass();
+export function tellNote(/** @type {SeenNote} */ note) {
+  const {string, fret = 0, contacts} = note, {strings, capo, fretless} = chosenBass(), on = liesOn(note);
+  if (on) {
+    const hits = contacts.length ? `, with ${contactsOf(contacts.length)} beyond` : "";
+    return tell(`${strings[string].name} string, fret ${capo + fret} frets out: it lies on fret ${capo + on}${hits}. Raise the action to free it.`);
+  }
   const where = `${strings[string].name} string, ${fret ? `fret ${capo + fret}` : "open"}`;
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
@@ -18,3 +29,7 @@ export function tellNote(/** @type {SeenNote} */ {string, fret = 0, contacts}) {
 }
 
 player.on("reported", tellNote);
+player.on("kept", note => { // a fret that a string lies on flashes like one that is hit
+  const fret = liesOn(note);
+  if (fret) see.light({string: note.string, fret, speed: FULL_SPEED}, 1, performance.now());
+});

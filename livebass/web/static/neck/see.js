@@ -9,6 +9,7 @@ const LATEST = 2; // ... once all hits until then are known; or after so many s
 const FLASH = 300; // ms that a flash stays
 const MIN_REACH = 0.5e-3; // m, that a picture has room for
 const SOME = 24; // frames between measured shapes of a replay
+const SAME_PLACE = 2e-6; // m
 
 export class See {
   // `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out. `onNote` is called with a note half a second after it
@@ -107,7 +108,7 @@ export class See {
         const at = this.slotAt(string, index), read = name => this.read(string, index, name);
         const [u, v] = ["u", "v"].map(name => new Float32Array(buffer, at + fields[name][0], this.seen));
         const [fret, length, stop, aside, modes] = ["fret", "length", "stop", "stop_across", "modes"].map(read);
-        const end = stop + this.restOf(this.bass.strings[string].heights, fret);
+        const own = this.bass.strings[string], end = stop + this.restOf(own.heights, this.crownOf(own, length, fret));
         const shape = {string, fret, length, ...this.shape(u, v, Math.min(this.seen, modes), length, end, aside)};
         if (string === this.note.string) this.measure(shape);
         draw(shape);
@@ -118,8 +119,13 @@ export class See {
   drawReplay({rows, across, slots, string, heights = this.bass.strings[string].heights}, at, draw) {
     const k = Math.floor(at), [length, stop, fret, aside] = slots.subarray(4 * k, 4 * k + 4);
     const [u, v] = [rows, across].map(all => all.subarray(k * this.seen, (k + 1) * this.seen));
-    const end = stop + this.restOf(heights, fret);
+    const end = stop + this.restOf(heights, this.crownOf(this.bass.strings[string], length, fret));
     if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, end, aside)});
+  }
+
+  // The fret at which the sounding part of a string ends, `sounding` m long: `fret`, or a higher one that it lies on.
+  crownOf({length, frets}, sounding, fret) {
+    return 1 + frets.findIndex(place => Math.abs(length - place - sounding) < SAME_PLACE) || fret;
   }
 
   // The height (m) of a string's end at rest, on its fret's crown.

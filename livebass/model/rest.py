@@ -1,0 +1,43 @@
+"""Where a pressed string lies at rest: on its own fret, or choked, on a higher one that stands above its line.
+
+Statics. At rest a taut string over crowns takes the shortest way above them: the upper convex hull of the pressed
+crown, the crowns beyond, and the saddle. The part that sounds ends at the last crown it touches. Bending stiffness only
+rounds the corners, over sqrt(E I / T), some millimetres. kernels/string/note.py finds that crown for every note that is
+made; this asks it before any note is.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import NamedTuple
+
+from livebass.kernels.string.note import resting_on
+from livebass.model.instrument import Instrument, Neck, String
+from livebass.model.neck import flat
+
+
+class Choked(NamedTuple):
+    """A note that frets out: the string, pressed at a fret, lies on a higher one at rest."""
+
+    string: str  # its name
+    fret: int  # that is pressed ...
+    on: int  # ... and that it lies on
+    frequency: float  # Hz, that sounds
+
+
+def lies_on(string: String, neck: Neck, fret: int) -> int:
+    """The fret that `string` lies on at rest when pressed at `fret`: that one, or a higher one that chokes it."""
+    crowns = flat(zip(neck.fret_positions, neck.fret_heights, strict=True))
+    given = SimpleNamespace(length=string.length, frets=0, frets_count=len(neck.fret_positions))
+    return int(resting_on(given, crowns, fret))
+
+
+def choked(bass: Instrument) -> tuple[Choked, ...]:
+    """The notes of `bass` that fret out, string by string, by fret."""
+    found = []
+    for string, neck in zip(bass.strings, bass.necks, strict=True):
+        for fret in range(1, bass.frets + 1):
+            on = lies_on(string, neck, fret)
+            if on != fret:
+                found.append(Choked(string.name, fret, on, string.frequency(string.open_note + on)))
+    return tuple(found)

@@ -1,0 +1,95 @@
+"""`livebass map`: every note of a neck, with its contacts; a high fret and notes that fret out show in it."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command import Run, cli_text
+
+from livebass import load_preset
+from livebass.lab.experiment.fretmap import FretMap, fret_map, picture, table
+
+SEVENTH = 7
+
+
+def lifted(folder: Path, height: float, fret: int = SEVENTH) -> Path:
+    """A preset: jazz-finger with one fret so many mm too high."""
+    file = folder / f"high-{fret}.toml"
+    file.write_text(f'like = "jazz-finger"\nname = "High"\n[bench]\nfret = {fret}\nfret_height = {height}\n')
+    return file
+
+
+@pytest.fixture(scope="module")
+def plain() -> FretMap:
+    return fret_map(load_preset("jazz-finger"), duration=0.1)
+
+
+def test_a_map_has_every_note_and_progress() -> None:
+    done: list[float] = []
+    made = fret_map(load_preset("jazz-finger"), velocity=20, duration=0.02, progress=done.append)
+    assert [len(row) for row in made.strings] == [21] * 4 and len(done) == 84 and done[-1] == 1.0
+    assert [(row[0].string, row[3].fret) for row in made.strings] == [(name, 3) for name in "EADG"]
+    assert not made.values("contacts").any(), "soft notes touch nothing"
+
+
+def test_hard_notes_hit_frets_beyond_their_own(plain: FretMap) -> None:
+    for row in plain.strings:
+        for cell in row[:-1]:
+            assert cell.contacts and cell.hardest > cell.fret and 0 < cell.lasts < 0.1 and cell.on == cell.fret
+        assert not row[-1].contacts, "nothing lies beyond the last fret"
+
+
+def test_the_same_bass_gives_the_same_map(plain: FretMap) -> None:
+    assert fret_map(load_preset("jazz-finger"), duration=0.1) == plain
+
+
+def test_a_high_seventh_fret_shows(plain: FretMap, tmp_path: Path) -> None:
+    """Notes just below it fret out on it, others below it change; it buzzes least; notes above it are as before."""
+    high = fret_map(load_preset(lifted(tmp_path, 0.35)), duration=0.1)
+    on, before, after = high.values("on"), plain.values("contacts"), high.values("contacts")
+    assert (on[:, SEVENTH - 1] == SEVENTH).all() and set(np.unique(on - plain.values("on"))) <= {0, 1, 2}
+    assert (before[:, 2:SEVENTH] != after[:, 2:SEVENTH]).mean() > 0.8
+    assert after[:, SEVENTH].sum() < 0.6 * before[:, SEVENTH].sum()
+    for old, new in zip(plain.strings, high.strings, strict=True):
+        assert new[SEVENTH + 1 :] == old[SEVENTH + 1 :]
+
+
+def test_contacts_of_a_choked_note_are_named_from_the_fret_it_lies_on(tmp_path: Path) -> None:
+    """The E string pressed below a high 12th fret meets the frets beyond the 12th only."""
+    made = fret_map(load_preset(lifted(tmp_path, 0.3, fret=12)), velocity=127, duration=0.1)
+    choked = [cell for row in made.strings for cell in row if cell.on != cell.fret]
+    assert {cell.on for cell in choked} == {12}
+    hit = [cell for cell in choked if cell.contacts]
+    assert hit and all(cell.hardest > 12 for cell in hit)
+
+
+def test_the_command_prints_draws_and_writes(run: Run, tmp_path: Path) -> None:
+    high, drawn, rows = lifted(tmp_path, 0.5), tmp_path / "neck.svg", tmp_path / "neck.csv"
+    found = cli_text(run, "map", "--beside", str(high), "--duration", "20ms", "-o", str(drawn), "--csv", str(rows))
+    assert found.startswith("A: Jazz bass, fingers: contacts in 0.02 s at velocity 100")
+    head, *lines = found.splitlines()[2:]
+    assert head.split() == ["fret", *" ".join(f"{name} {which}" for which in "AB" for name in "EADG").split()]
+    assert len(lines) == 21
+    assert lines[6].endswith("lies on 7") and lines[6].startswith("6 ")
+    assert b"<svg" in drawn.read_bytes()
+    with rows.open() as file:
+        listed = list(csv.DictReader(file))
+    assert len(listed) == 2 * 84 and {row["lies_on"] for row in listed if row["fret"] == "6"} == {"6", "7"}
+
+
+def test_pictures_and_tables_of_one_bass(plain: FretMap) -> None:
+    assert picture([plain]).startswith(b"\x89PNG")
+    assert table([plain]).splitlines()[1].split() == ["fret", *"EADG"]
+    assert plain.values("contacts").shape == (4, 21) and np.isnan(plain.values("hardest")[:, -1]).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [(("--velocity", "0"), "1"), (("-o", "neck.txt"), ".png or .svg"), (("--duration", "20s"), "10 s")],
+)
+def test_bad_options_are_told(run: Run, given: tuple[str, ...], why: str) -> None:
+    status, out, said = run("map", *given)
+    assert status == 2 and not out and why in said and said.count("\n") == 1
