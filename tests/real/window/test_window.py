@@ -49,10 +49,10 @@ UI = struct(
 # px in a window of the usual size; the first slider is the gain's
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
 PASTE = (702, 59)
-UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (599, 363), (200, 196)
-DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 629, SLIDER[1], "mousemove", 639, SLIDER[1], "mouseup", 1)
+UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (670, 363), (200, 174)
+DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 700, SLIDER[1], "mousemove", 710, SLIDER[1], "mouseup", 1)
 LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1] + 70, "click", 1)  # or forget
-ZOOM = (24, 232)
+ZOOM = (24, 206)
 SONG_PLAY, SONG_CROSS = (38, 84), (876, 84)  # in the bar of a file
 TONE_PAGE = ("mousemove", 222, 58, "click", 1, "sleep", 0.2)
 CABINETS = ("mousemove", 804, 402, "click", 1, "sleep", 0.2, "mousemove")  # opens their menu on that page
