@@ -226,7 +226,7 @@ def test_values_are_shown_in_the_units_of_musicians(plugin: Plugin) -> None:
         (PARAMETER_ROWS["pickup_1_place"].number, 5, f"{1e3 * pickup.position + 5:.0f} mm from the bridge"),
         (PARAMETER_ROWS["tension"].number, 0, f"{strings[0].tension / 9.80665:.1f} kg on the lowest string"),
         (PARAMETER_ROWS["pickup_height"].number, 0.25, "+0.25 mm"), (PARAMETER_ROWS["fret"].number, 0, "none"),
-        (BEND_RANGE, 0, f"{player.bend_range:g} semitones (own)"), (BEND_RANGE, 7, "7 semitones"),
+        (BEND_RANGE, 0, f"{player.bend_range:g} semitones (preset)"), (BEND_RANGE, 7, "7 semitones"),
         (DAMPING, 1.0, f"{690 / player.hand_damping:.0f} ms to silence"),
         (POSITION, -1, f"{length * (1 - player.pluck_farthest):.0f} mm from the bridge"), (UNEVENNESS, 1.0, "50 %"),
     )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import random
 import time
 from collections.abc import Callable
@@ -243,7 +244,7 @@ def test_lamps_and_overload(picture: Picture) -> None:
     for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
         rows, columns = changed_places(**{name: value})
         lit.append((columns.min(), rows.min()))
-        assert name == "overload" or (rows.min() > 240 and rows.max() < 330)
+        assert name == "overload" or (rows.min() > 210 and rows.max() < 330)
         assert name != "overload" or rows.max() < TOP
     assert len(set(lit)) == len(lit)
     assert changed_places(switched=1 << PALM)[1].min() == lit[0][0]
@@ -418,8 +419,9 @@ def test_sounds_are_saved_listed_loaded_and_deleted(
     picture.draw(seconds=10)
     assert (view_of(picture, 155, 10, 180, 26) == named).all()
     click(*title)
-    column = 14 + ((width - 28) // 4 if width >= WIDTH else 2 * (width - 28) // 3) + 30
-    first, second = (column, TOP + 4 + 24 + 11), (column, TOP + 4 + 48 + 11)
+    column = 14 + (width - 28) // (4 if width >= WIDTH else 3) + 30
+    row = TOP + 4 + 2 * 24 + 11  # after the last of five rows of basses and search, and a heading
+    first, second = (column, row), (column, row + 24)
     assert (
         picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
     )
@@ -463,7 +465,7 @@ def test_a_long_list_goes_on(host: Host, own: Path, see: Make) -> None:
         host.set("gain", -float(k))
         assert host.save_sound() == f"Slap {k + 1}"
     picture.draw()
-    more = 600, TOP + 4 + 2 * 24 + 11
+    more = 600, TOP + 4 + 4 * 24 + 11
     picture.press(200, 23)
     for way in ("button", "wheel"):
         loaded = set()
@@ -471,8 +473,8 @@ def test_a_long_list_goes_on(host: Host, own: Path, see: Make) -> None:
             picture.point(UP, 30, 88)
             picture.draw()
         for _ in range(12):
-            for k in range(8):
-                x, y = 30 + k // 3 * 204, TOP + 4 + k % 3 * 24 + 11
+            for k in range(14):
+                x, y = 30 + k // 5 * 204, TOP + 4 + k % 5 * 24 + 11
                 if picture.point(MOVE, x, y) == BY_HAND:
                     picture.point(PRESS, x, y)
                     loaded.add(host.value("gain"))
@@ -504,7 +506,7 @@ def test_lamps_move_parameters(host: Host, see: Make) -> None:
     """A press chooses a stroke, or switches a technique; the next press switches it off. Stop presses its key."""
     picture = see(host)
     moved: dict[int, list[float]] = {}
-    for x, y in ((x, y) for y in range(252, 320, 26) for x in range(20, WIDTH, 36)):
+    for x, y in ((x, y) for y in range(226, 320, 26) for x in range(90, WIDTH, 36)):
         if picture.point(MOVE, x, y) != BY_HAND:
             continue
         before = {p.number: host.value(p.symbol) for p in PARAMETERS}
@@ -833,6 +835,98 @@ def test_the_side_view_moves_with_the_bench(host: Host, see: Make) -> None:
         assert np.array_equal(view_of(picture, 60, 60, 1000, 560), before), symbol
 
 
+MM = (WIDTH - NUT - SADDLE) / 863.6  # pixels for each, of a 34 in scale
+COILS = tuple(WIDTH - SADDLE - inches * 25.4 * MM for inches in (6.0, 2.4))  # of the preset's pickups, at rest
+COIL_ROW = 250
+
+
+@pytest.mark.parametrize("coil", [0, 1])
+def test_a_pickup_is_dragged_along_the_string(host: Host, see: Make, coil: int) -> None:
+    """Its own slider moves by as many mm, with a gesture for the host and Undo; a double click takes it home."""
+    picture = see(host, optional=WHOLE)
+    picture.turn_to(BENCH)
+    symbol, x = f"pickup_{coil + 1}_place", COILS[coil]
+    before = picture.pixels.copy()
+    assert picture.point(MOVE, x, COIL_ROW) == ACROSS and picture.point(MOVE, x - 30, COIL_ROW) != ACROSS
+    picture.sets.clear()
+    picture.point(PRESS, x, COIL_ROW)
+    picture.point(MOVE, x - 10, COIL_ROW)
+    picture.point(MOVE, x - 20 * MM, COIL_ROW + 50)
+    picture.draw()
+    picture.point(RELEASE, x - 20 * MM, COIL_ROW)
+    assert [phase for *_, phase in picture.sets] == [BEGIN, MOVED, MOVED, END]
+    assert {k for k, *_ in picture.sets} == {number(symbol)}
+    assert host.value(symbol) == pytest.approx(20, abs=0.02)
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    assert picture.point(MOVE, x, COIL_ROW) != ACROSS, "it has moved in the picture"
+    assert picture.point(MOVE, x - 20 * MM, COIL_ROW) == ACROSS
+    picture.point(DOUBLE, x - 20 * MM, COIL_ROW)
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    assert host.value(symbol) == 0 and np.array_equal(picture.pixels, before)
+    picture.point(UP, x, COIL_ROW)
+    assert host.value(f"pickup_{coil + 1}_height") > 0
+
+
+def test_a_pickup_stays_within_its_room(host: Host, see: Make) -> None:
+    """Between the neck's end and the bridge, and within the slider's range; the value shown is where it is."""
+    picture = see(host)
+    picture.turn_to(BENCH)
+    for coil, x, end in ((0, COILS[0], 100), (1, COILS[1], WIDTH - 1)):
+        symbol = f"pickup_{coil + 1}_place"
+        host.set("pickup_place", -40.0 if coil else 60.0)
+        picture.draw()
+        at = x - host.value("pickup_place") * MM
+        picture.point(PRESS, at, COIL_ROW)
+        picture.point(MOVE, end, COIL_ROW)
+        picture.point(RELEASE, end, COIL_ROW)
+        host.play(RATE // 5)
+        picture.draw()
+        look = np.zeros(1, LOOK)
+        assert library().lb_read_look(host.look, 0, look.ctypes.data)
+        played = 1e3 * look["string"][0, 0]["saddle"][coil]
+        shown = (c.c_char * 160)()
+        library().host_text(host.address, number(symbol), host.value(symbol), shown, 160)
+        assert shown.value.decode() == f"{played:.0f} mm from the bridge"
+        assert abs(host.value(symbol)) < 60 and 0 < played < 300
+
+
+def test_what_the_preset_says_has_one_word(host: Host, see: Make) -> None:
+    """Whatever the parameter: in a value by name, in one with a unit, and in a change; texts are read back."""
+    shown, value = (c.c_char * 160)(), c.c_double()
+    names = "technique named_tuning cabinet limiter eq_low_mid_frequency drive bend_range eq_bass"
+    for name in f"{names} fret_height pickup_place pickup_1_height".split():
+        host.set(name, 0.0)
+        library().host_text(host.address, number(name), 0.0, shown, 160)
+        assert shown.value.split(b" ")[-1].strip(b"()") == b"preset", name
+        assert library().lb_text_to_value(host.address, number(name), shown.value, c.byref(value)) and value.value == 0
+    for name, older in (("technique", b"the bass's own"), ("named_tuning", b"as it is")):
+        assert library().lb_text_to_value(host.address, number(name), older, c.byref(value)) and value.value == 0
+
+
+@pytest.mark.parametrize(("size", "room"), [((WIDTH, HEIGHT), True), ((640, 320), False)])
+def test_a_slider_that_stops_names_the_fret_and_the_string(
+    host: Host, see: Make, size: tuple[int, int], room: bool
+) -> None:
+    """In place of the title, and above the string; the value is the last that can be played."""
+    picture = see(host, size, optional=(*WHOLE, "stopped", "fault"))
+    picture.turn_to(BENCH)
+    before = picture.pixels.copy()
+    host.set("action", -2.0)
+    host.play(RATE // 10)
+    assert -1.8 < host.value("action") < 0
+    stop = library().lb_last_stop(host.address)
+    assert (stop.count, stop.parameter) == (1, number("action"))
+    assert stop.open in STRINGS[4] and 1 <= stop.fret <= 20 and 0 < stop.height < 0.1
+    picture.draw()
+    assert (picture.pixels != before)[12:34, 160:300].any()
+    warned = picture.pixels[TOP : TOP + 16, :] & 0xFFFFFF == 0xFF6B57
+    assert warned.any() == room
+    picture.draw(seconds=15)
+    assert not (picture.pixels & 0xFFFFFF == 0xFF6B57).any()
+
+
 def test_a_changed_bass_leaves_nothing_out(picture: Picture, draw_look: Make) -> None:
     """After a pickup has moved, the picture is the one that a new window shows, names of strings and all."""
     look = made_look()
@@ -850,16 +944,28 @@ def test_the_smallest_window_cuts_nothing_off(draw_look: Make) -> None:
         assert len(np.unique(picture.pixels[-3:])) == 1, page
 
 
-def test_in_the_smallest_window_lamps_have_room_for_their_names(draw_look: Make) -> None:
-    """The row with the longest ones."""
-    names = "Artificial harmonics,Artificial 12ths,Artificial 15ths,Pinch harmonics,Slide off down,Slide off up,"
-    names += "Stop on release,Stop all strings"
-    picture = draw_look(made_look(), size=(640, 320))
+LAMPS = (  # by rows
+    "Fingers,Pick,Thumb,Thumb on all,Pops on all,Down stroke,Up stroke",
+    "Hammer-on,Slide,Vibrato,Tapping,Left-hand slap,Slide off down,Slide off up",
+    "Palm mute,Ghost notes,Let ring,Stop on release,Stop all strings",
+    "Harmonics,Artificial harmonics,Artificial 12ths,Artificial 15ths,Pinch harmonics",
+)
+
+
+@pytest.mark.parametrize(
+    ("size", "first", "apart", "letters"), [((640, 320), 158, 17, 9.0), ((WIDTH, HEIGHT), 228, 26, 11.0)]
+)
+def test_lamps_stand_in_rows_by_what_they_do_and_have_room_for_their_names(
+    draw_look: Make, size: tuple[int, int], first: int, apart: int, letters: float
+) -> None:
+    """In the smallest window, too."""
+    picture = draw_look(made_look(), size=size)
     picture.turn_to(PLAY)
-    over = np.array([picture.point(MOVE, x + 0.5, 206) == 1 for x in range(640)])
-    begin, end = (np.flatnonzero(np.diff(over.astype(int)) == step) for step in (1, -1))
-    room = [library().lb_text_width(9.0, name.encode()) + 6 for name in names.split(",")]  # with 3 on each side
-    assert len(begin) == len(room) and (end - begin >= np.floor(room)).all()
+    for row, names in enumerate(LAMPS):
+        over = np.array([picture.point(MOVE, x + 0.5, first + row * apart) == BY_HAND for x in range(size[0])])
+        begin, end = (np.flatnonzero(np.diff(over.astype(int)) == step) for step in (1, -1))
+        room = [library().lb_text_width(letters, name.encode()) + 6 for name in names.split(",")]  # with 3 on each side
+        assert len(begin) == len(room) and (end - begin >= np.floor(room)).all(), names
 
 
 def test_a_search_ends_with_the_first_found(host: Host, see: Make) -> None:

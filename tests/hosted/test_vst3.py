@@ -76,7 +76,7 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     listed = [p for p in plugin.parameters.values() if p.name in [q.name for q in PARAMETERS]]
     assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by group
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
-    assert plugin.stroke == "the bass's own" and plugin.gain_db == 0 and plugin.bend_range_semitones == 2
+    assert plugin.stroke == "preset" and plugin.gain_db == 0 and plugin.bend_range_semitones == 2
     plugin.stroke, plugin.gain_db = "thumb on all", -7.5
     assert plugin.stroke == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
 

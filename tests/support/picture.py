@@ -49,7 +49,7 @@ OPTIONAL = {
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
     "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
     "zoom": None, "paste": "lb_take_text", "drop": "lb_take_dropped", "song": "lb_view_song",
-    "steer": "lb_steer_song",
+    "steer": "lb_steer_song", "stopped": "lb_last_stop", "fault": "lb_fault_to_text",
 }  # fmt: skip
 
 
@@ -58,6 +58,16 @@ Face = struct(
     owner=c.c_void_p, look=c.c_void_p, value=VALUE, maximum=VALUE, set=SET, text=TEXT, read=READ, note=NOTE,
     own=c.c_void_p, switched=SWITCHED, **dict.fromkeys(OPTIONAL, c.c_void_p),
 )  # fmt: skip
+
+
+class Stop(c.Structure):
+    """lb_stop, with its lb_fault."""
+
+    _fields_ = [
+        *((name, c.c_int) for name in ("count", "parameter", "open", "fret")), ("height", c.c_double)
+    ]  # fmt: skip
+
+
 Move = struct(parameter=c.c_int, phase=c.c_int, value=c.c_double)  # lb_move
 
 
@@ -82,6 +92,7 @@ def load_product(product: str, *more: str) -> Any:
         made.write_bytes(kept_product(product, make))
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double
+    found.lb_last_stop.restype, found.lb_last_stop.argtypes = Stop, [address]
     # Others take addresses and whole numbers, and give a whole number or nothing, as ctypes expects
     for name, result, arguments in (
         ("lb_new_picture", address, [c.POINTER(Face)]),

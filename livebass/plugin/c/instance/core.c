@@ -152,10 +152,25 @@ static int read_source(file *f, const lb_source *source, LB_CHANGE *change, cons
     return 0;
 }
 
+/* What stands above a string at rest: the `state` of a BENCH that could not be made (bench.py). */
+static lb_fault fault_of(const LB_BENCH *b, int64_t state) {
+    const int fret = state == LB_MADE + 1 ? (int)b->fault_place : 0; /* CROWN_ABOVE, or else BOARD_ABOVE */
+    return (lb_fault){(int)b->string[b->fault_string].open_note, fret, 1e3 * b->fault_height};
+}
+
+size_t lb_fault_to_text(const lb_fault *f, char *text, size_t room) {
+    const double height = fmax(f->height, 0.01);
+    int end = 0;
+    if (f->open < 0 || f->open > 127) end = snprintf(text, room, "the strings would lie on the neck");
+    else if (f->fret <= 0) end = snprintf(text, room, "the board would stand %.2f mm above string %s", height, lb_note_names[f->open]);
+    else end = snprintf(text, room, "fret %d would stand %.2f mm above string %s", f->fret, height, lb_note_names[f->open]);
+    return (size_t)end < room ? (size_t)end : room - 1;
+}
+
 /* Makes the image of a source's bass for the sliders' values (0: none is moved), and its file's checksum; 0 after
-   writing one line into `error`. */
+   writing one line into `error`, and what stands above a string into `fault`, if it is not 0. */
 static int make_image(file *image, const lb_source *source, const double *sliders, uint64_t *of, const lb_kernels *kernels,
-                      char *error, size_t room) {
+                      char *error, size_t room, lb_fault *fault) {
     file f = {0, 0};
     LB_CHANGE change;
     image->words = 0;
@@ -164,10 +179,14 @@ static int make_image(file *image, const lb_source *source, const double *slider
     if (sliders) memcpy(change.value, sliders, sizeof change.value);
     void *memory = new_lines(change.bytes);
     change.memory = ADDRESS(memory);
+    const int64_t state = memory ? kernels->make_change(ADDRESS(&change)) : LB_MADE;
     if (!memory) snprintf(error, room, "%s: no memory for it", source->path);
-    else if (kernels->make_change(ADDRESS(&change)) != LB_MADE)
-        snprintf(error, room, "the strings would lie on the neck: change action, relief, nut or fret height");
-    else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(image->words = new_lines(8 * change.words)))
+    else if (state != LB_MADE) {
+        const lb_fault found = fault_of(&change.kept.bench, state);
+        if (fault) *fault = found;
+        const size_t end = lb_fault_to_text(&found, error, room);
+        snprintf(error + end, room - end, ": change action, relief, nut or fret height");
+    } else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(image->words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass with these sliders cannot be played");
     if (image->words) {
         image->bytes = 8 * change.words;
@@ -231,7 +250,7 @@ lb_bass *lb_load_bass(const lb_source *source, int tier, double rate, int64_t se
     b->kernels = kernels;
     LB_BUILDING *building = &b->building;
     uint64_t of;
-    if (!make_image(&b->image, source, built, &of, kernels, error, room)) {
+    if (!make_image(&b->image, source, built, &of, kernels, error, room, 0)) {
         lb_free_bass(b);
         return 0;
     }
@@ -274,18 +293,24 @@ lb_bass *lb_load_bass(const lb_source *source, int tier, double rate, int64_t se
     return b;
 }
 
-int lb_fit_sliders(const lb_source *source, const double *from, double *built, const lb_kernels *kernels) {
-    enum { HALVINGS = 8 };
+int lb_fits(const lb_source *source, const double *built, lb_fault *fault, const lb_kernels *kernels) {
     char error[LB_PATH];
+    file image;
+    uint64_t of;
+    const int good = make_image(&image, source, built, &of, kernels, error, sizeof error, fault);
+    free_lines(image.words);
+    return good;
+}
+
+int lb_fit_sliders(const lb_source *source, const double *from, double *built, lb_fault *fault,
+                   const lb_kernels *kernels) {
+    enum { HALVINGS = 8 };
     double wanted[LB_BUILT], tried[LB_BUILT], low = 0, step = 0;
     int fits = 0;
     memcpy(wanted, built, sizeof wanted);
     for (int k = 0; k <= HALVINGS; k++, step = step == 0 ? 0.5 : step / 2) { /* first `from` itself */
         for (int j = 0; j < LB_BUILT; j++) tried[j] = lb_hundredths(from[j] + (low + step) * (wanted[j] - from[j]));
-        file image;
-        uint64_t of;
-        const int good = make_image(&image, source, tried, &of, kernels, error, sizeof error);
-        free_lines(image.words);
+        const int good = lb_fits(source, tried, fault, kernels);
         if (!good && k == 0) return 0;
         if (!good) continue;
         memcpy(built, tried, sizeof tried);
@@ -684,13 +709,26 @@ static void measure_resonance(const double *numbers, const LB_BENCH_STRING *s, l
     own->mass = numbers[s->resonances + 3 * k + 2];
 }
 
+/* The last fret's place, or the end of a board beyond it, m from the nut (change.py). */
+static double end_of_neck(const double *numbers, const LB_BENCH_STRING *s) {
+    double end = 0;
+    if (s->frets_count > 0) end = numbers[s->frets + 2 * (s->frets_count - 1)];
+    return s->surface_count > 0 ? fmax(end, numbers[s->surface + 2 * (s->surface_count - 1)]) : end;
+}
+
 static void measure(const LB_CHANGE *change, lb_own *own) {
     const LB_BENCH *b = &change->kept.bench;
     const LB_BENCH_STRING *low = &b->string[0];
     const double *numbers = (const double *)(intptr_t)change->first[0];
     for (size_t k = 0; k < offsetof(lb_own, crowns) / sizeof(double); k++) ((double *)own)[k] = NAN;
     own->foam = low->extra_damping;
-    for (int k = 0; k < 2 && k < b->pickups; k++) own->place[k] = 1e3 * b->position[k];
+    double room = INFINITY;
+    for (int64_t k = 0; k < b->strings; k++) room = fmin(room, b->string[k].length - end_of_neck(numbers, &b->string[k]));
+    for (int k = 0; k < 2 && k < b->pickups; k++) {
+        own->place[k] = 1e3 * b->position[k];
+        own->nearest[k] = fmin(own->place[k], 500 * b->aperture[k]);
+        own->farthest[k] = fmax(own->place[k], 1e3 * room - 500 * b->aperture[k]);
+    }
     own->cable = 1e12 * b->capacitance;
     own->finger_width = 1e3 * b->rounding;
     own->pluck_angle = b->pluck_angle * 180 / 3.14159265358979;
@@ -699,6 +737,7 @@ static void measure(const LB_CHANGE *change, lb_own *own) {
     own->a4 = b->a4;
     own->tension = low->tension / 9.80665;
     own->length = 1e3 * low->length;
+    own->open = low->open_note;
     measure_neck(numbers, low, own);
     measure_resonance(numbers, low, own);
 }
@@ -742,7 +781,7 @@ static uint64_t image_sum(const lb_source *source, const lb_kernels *kernels) {
     char error[PATH];
     file image;
     uint64_t of;
-    const uint64_t sum = make_image(&image, source, 0, &of, kernels, error, sizeof error) ? checksum(&image) : 0;
+    const uint64_t sum = make_image(&image, source, 0, &of, kernels, error, sizeof error, 0) ? checksum(&image) : 0;
     free_lines(image.words);
     return sum;
 }

@@ -40,9 +40,16 @@ typedef struct { /* an instrument file: its path, and its bytes if they are not 
    thread] */
 lb_bass *lb_load_bass(const lb_source *, int tier, double rate, int64_t seed, int ahead, const double *built,
                       lb_response *response, const lb_kernels *, char *error, size_t room);
+typedef struct { /* what stands above a string at rest, so that the neck cannot be played */
+    int open, fret; /* the string's open note, MIDI; 0: the board */
+    double height;  /* mm */
+} lb_fault;
+size_t lb_fault_to_text(const lb_fault *, char *text, size_t room); /* as a clause; returns its length */
+/* Returns 1 if a file's bass can have the values in `built`; else writes the fault. [not the audio thread] */
+int lb_fits(const lb_source *, const double *built, lb_fault *, const lb_kernels *);
 /* Moves sliders from values that a file's bass can have towards those in `built`, as far as it can have them, and writes
-   them there. Returns 0 if it cannot even have the first ones. [not the audio thread] */
-int lb_fit_sliders(const lb_source *, const double *from, double *built, const lb_kernels *);
+   them there, and the fault beyond them. Returns 0 if it cannot even have the first ones. [not the audio thread] */
+int lb_fit_sliders(const lb_source *, const double *from, double *built, lb_fault *, const lb_kernels *);
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
 
@@ -151,10 +158,12 @@ const LB_INSTRUMENT *lb_shelf_instrument(const lb_shelf *, int); /* 0: the file 
 typedef struct {
     double action, nut_height, relief; /* under the lowest string at fret 12 and fret 1, and the hollow */
     double foam, place[2], cable, finger_width, pluck_angle, a4;
+    double nearest[2], farthest[2];             /* from the bridge, that a pickup has room for */
     double thickest, thinnest, tension, length; /* of the strings; of the lowest one */
     double resonance, mass;                     /* at which its neck bends */
     double at[LB_PLACES], height[LB_PLACES];    /* of the crowns under it, from the nut and the open string at rest */
     int crowns;
+    int64_t open; /* note of the lowest string, MIDI */
 } lb_own;
 const lb_own *lb_shelf_own(const lb_shelf *, int);
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */

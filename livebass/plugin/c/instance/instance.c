@@ -90,6 +90,53 @@ static void take_sliders(lb_instance *i, const double *built) {
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
 }
 
+/* Keeps why sliders have stopped on their way from the last values to the `wanted` ones. */
+static void keep_stop(lb_instance *i, const double *wanted, const lb_fault *fault) {
+    int moved = 0, which = LB_PARAMETERS;
+    for (int k = 0; k < LB_BUILT; k++)
+        if (wanted[k] != i->built[k]) which = moved++ ? LB_PARAMETERS : lb_sliders[k];
+    const uint64_t count = (__atomic_load_n(&i->stopped, __ATOMIC_RELAXED) >> 56) % 255 + 1;
+    const uint64_t words[] = {count, (uint64_t)which, (uint64_t)fault->open, (uint64_t)fault->fret};
+    uint64_t packed = (uint32_t)fmin(fmax(rint(1e3 * fault->height), 0), 1e6); /* um */
+    for (int k = 0; k < 4; k++) packed |= (words[k] & 255) << (56 - 8 * k);
+    __atomic_store_n(&i->stopped, packed, __ATOMIC_RELEASE);
+}
+
+lb_stop lb_last_stop(const lb_instance *i) {
+    const uint64_t packed = __atomic_load_n(&i->stopped, __ATOMIC_ACQUIRE);
+    const lb_fault fault = {(int)(packed >> 40 & 255), (int)(packed >> 32 & 255), 1e-3 * (double)(packed & 0xFFFFFFFFu)};
+    return (lb_stop){(int)(packed >> 56), (int)(packed >> 48 & 255), fault};
+}
+
+/* Lets sliders stop on their way from the last values to those in `built`, writes these there and takes them; returns 0
+   if the bass cannot even have the last ones. */
+static int stop_sliders(lb_instance *i, const lb_source *source, int number, double built[LB_BUILT]) {
+    lb_fault fault = {-1, 0, 0};
+    double wanted[LB_BUILT];
+    memcpy(wanted, built, sizeof wanted);
+    if (number != i->built_of) memset(i->built, 0, sizeof i->built);
+    if (!lb_fit_sliders(source, i->built, built, &fault, i->kernels)) return 0;
+    keep_stop(i, wanted, &fault);
+    take_sliders(i, built);
+    return 1;
+}
+
+static void read_sliders(const lb_instance *i, double built[LB_BUILT]) {
+    for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, lb_sliders[k]);
+}
+
+void lb_stop_sliders(lb_instance *i) {
+    double built[LB_BUILT];
+    lb_fault fault;
+    const int number = (int)lb_value(i, LB_BASS);
+    if (number >= lb_shelf_count(i->shelf)) return;
+    const lb_source source = lb_shelf_source(i->shelf, number);
+    read_sliders(i, built);
+    if (!lb_fits(&source, built, &fault, i->kernels) && !stop_sliders(i, &source, number, built)) return;
+    memcpy(i->built, built, sizeof i->built);
+    i->built_of = number;
+}
+
 /* Loads the wanted bass with this response; the log reports failures. Sliders that it cannot have stop on their way from
    the last ones. If no bass plays and the wanted one cannot be built, loads it unchanged. */
 static lb_bass *load_with(lb_instance *i, lb_response *r) {
@@ -100,15 +147,12 @@ static lb_bass *load_with(lb_instance *i, lb_response *r) {
     if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only bass */
     const lb_source source = lb_shelf_source(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
-    for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, lb_sliders[k]);
+    read_sliders(i, built);
     lb_bass *b = lb_load_bass(&source, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
     if (!b) {
         i->complain(i->owner, why);
-        if (number != i->built_of) memset(i->built, 0, sizeof i->built);
-        if (lb_fit_sliders(&source, i->built, built, i->kernels)) {
-            take_sliders(i, built);
+        if (stop_sliders(i, &source, number, built))
             b = lb_load_bass(&source, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
-        }
     }
     if (b) memcpy(i->built, built, sizeof i->built);
     if (b) i->built_of = number;

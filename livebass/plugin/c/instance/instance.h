@@ -63,6 +63,11 @@ typedef struct { /* in a window whose plugin is in another process, under the lo
     int wants;          /* ... and what a hand wants of it: a bit each of LB_ROLL ... */
     char path[LB_PATH]; /* LB_GIVE: this file */
 } lb_song_there;
+typedef struct { /* why sliders have stopped before the value that was wanted */
+    int count;     /* of stops so far, from 0 again after 255 */
+    int parameter; /* the slider; LB_PARAMETERS: several had moved */
+    lb_fault fault; /* beyond the last value that fits */
+} lb_stop;
 typedef struct {
     int wanted;                 /* 1 + the next controller's parameter; 0: none */
     uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: as in the key map */
@@ -145,6 +150,7 @@ typedef struct {
     int64_t loaded;        /* the bass that was loaded last, or failed to load, as one word */
     double built[LB_BUILT]; /* sliders of the bass that was loaded last ... */
     int built_of;           /* ... and its number. Only the thread that loads uses these */
+    uint64_t stopped;       /* the last lb_stop as one word (lb_last_stop); 0: there was none */
     lb_bass *ready, *done; /* for the audio thread to play; from it, to free */
     lb_look look;          /* for windows ... */
     lb_moves moves;        /* ... and the changes made in them */
@@ -193,6 +199,11 @@ void lb_begin_block(lb_instance *);
 /* Plays n frames, and changes the bass if necessary: mono into outs[0], or one output per string; outputs may be 0.
    [audio thread] */
 void lb_play_block(lb_instance *, int apart, float *const outs[LB_STRINGS], int64_t n);
+/* Returns the last stop of the sliders; count 0 of a new instance. [any thread] */
+lb_stop lb_last_stop(const lb_instance *);
+/* Sets sliders that would make a neck that cannot be played to the last values on their way that can. For a window whose
+   plugin is in another process: `lb_serve` does the same. [the window's thread] */
+void lb_stop_sliders(lb_instance *);
 /* Returns 1 if it plays only zeros until the host sends something. [audio thread] */
 int lb_may_sleep(const lb_instance *);
 /* Loads another bass if one is wanted, and frees finished ones. [any thread; the audio thread only offline] */

@@ -180,6 +180,14 @@ static double measured(const measure *m, int parameter, double value) {
     return m->folds ? m->zero * pow(10, m->folds * value) : m->zero + value * (value < 0 ? m->down : m->up);
 }
 
+/* A pickup's place, mm from the bridge, as far as there is room (change.py: move_pickups); other numbers stay. */
+static double within_room(const lb_instance *i, int parameter, double shown) {
+    const lb_own *own = lb_shelf_own(i->shelf, (int)lb_value(i, LB_BASS));
+    const int k = parameter == LB_PICKUP_2_PLACE;
+    if ((!k && parameter != LB_PICKUP_1_PLACE) || !isfinite(own->place[k])) return shown;
+    return fmax(fmin(shown, own->farthest[k]), own->nearest[k]);
+}
+
 /* The value for which a measure shows a number. */
 static double value_for(const measure *m, double shown) {
     if (m->folds) return log10(fmax(shown / m->zero, 1e-9)) / m->folds;
@@ -204,6 +212,15 @@ static double own_value(const lb_instance *i, int parameter) {
     }
 }
 
+/* The name of a parameter's value `k`, of those that have names: "preset" for what the preset says. */
+static const char *point_name(int parameter, int k) {
+    static const uint8_t of_preset[] = {LB_TECHNIQUE, LB_NAMED_TUNING, LB_EQ_LOW_MID_FREQUENCY, LB_EQ_HIGH_MID_FREQUENCY,
+                                        LB_CABINET, LB_LIMITER}; /* at 0 */
+    for (size_t j = 0; j < sizeof of_preset && !k; j++)
+        if (of_preset[j] == parameter) return "preset";
+    return lb_parameters[parameter].points[k];
+}
+
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
@@ -212,22 +229,24 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
         return;
     }
     if (p->points) {
-        snprintf(text, room, "%s", p->points[(int)(value - p->minimum)]);
+        snprintf(text, room, "%s", point_name(parameter, (int)(value - p->minimum)));
         return;
     }
     const measure m = measure_of(i, parameter);
     const double of_bass = own_value(i, parameter), own = value == 0 ? of_bass : NAN, digits = pow(10, m.places);
-    double shown = rint(digits * (isfinite(own) ? own : measured(&m, parameter, value))) / digits + 0.0; /* no -0 */
+    const double whole = within_room(i, parameter, isfinite(own) ? own : measured(&m, parameter, value));
+    double shown = rint(digits * whole) / digits + 0.0; /* no -0 */
     if (isfinite(of_bass) && value != 0 && fabs(shown) * digits < 1) /* else it would read back as the bass's own */
         shown = copysign(1 / digits, value);
     const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->minimum < 0;
     if (parameter == LB_FRET && shown == 0) snprintf(text, room, "none");
+    else if (is_change && value == 0) snprintf(text, room, "preset");
     else if (parameter == LB_GAUGE && m.zero > 0) {
         const double thinnest = lb_shelf_own(i->shelf, (int)lb_value(i, LB_BASS))->thinnest;
         snprintf(text, room, ".%03.0f-.%03.0f", 1e3 * thinnest * (1 + value / 100), 1e3 * shown);
     } else {
         snprintf(text, room, "%s%.*f%s%s%s", is_change && shown > 0 ? "+" : "", m.places, shown, *m.unit ? " " : "",
-                 m.unit, isfinite(own) ? " (own)" : "");
+                 m.unit, isfinite(own) ? " (preset)" : "");
     }
 }
 
@@ -254,16 +273,20 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
         for (int k = 0; p->minimum + k <= lb_maximum(i, parameter); k++) {
             *value = p->minimum + k;
             lb_value_to_text(i, parameter, *value, other, sizeof other);
-            if (!strcmp(other, text)) return 1;
+            if (!strcmp(other, text) || (p->points && !strcmp(p->points[k], text))) return 1;
         }
     }
     const char *last = parameter == LB_GAUGE ? strrchr(text, '-') : 0; /* of two gauges the thickest counts */
     if (parameter == LB_FRET && !strcmp(text, "none")) text = "0";
+    if (!p->points && strstr(text, "preset")) {
+        *value = p->default_value;
+        return 1;
+    }
     const double read = strtod(last && last > text ? last + 1 : text, &end);
     if (end == text) return 0;
     const measure m = measure_of(i, parameter);
     const double shown = parameter == LB_GAUGE && m.zero > 0 && read > 1 ? 1e-3 * read : read;
-    *value = strstr(end, "own") ? p->default_value : lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
+    *value = lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
     if (last) *value = gauge_with(i, text, *value);
     return 1;
 }

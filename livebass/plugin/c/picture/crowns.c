@@ -1,8 +1,12 @@
-/* The bench in the picture: the lowest string from the side over its crowns, in mm. */
+/* The bench in the picture: the lowest string from the side over its crowns, in mm, and the pickups. */
 #include "picture/drawing.h"
 
 #include <stdio.h>
 
+#define STRING_MM 7.0 /* most pixels at scale 1 for a mm of the string's thickness: to the scale of the gaps it is a bar */
+#define WRAP 3.0      /* pixels at scale 1 between the turns of its winding */
+#define LABELS 13.0   /* height of the row below, with the frets' numbers and the pickups' names */
+#define SHOWN 10.0    /* s that a stop of the sliders is shown */
 #define COIL_GAP 3.0 /* mm between a pickup and the strings, as drawn; how it changes is true */
 
 int lb_is_idle(const lb_picture *p, int k) {
@@ -40,7 +44,19 @@ static double gap_at(const lb_picture *p, const lb_own *own, int k) {
     return -own->height[k] + nut + (end - nut) * s + 4 * relief * s * (1 - s) - lifted;
 }
 
+static int is_stop_shown(const lb_picture *p) {
+    return p->stop.count && p->seconds >= p->stopped && p->seconds < p->stopped + SHOWN;
+}
+
+/* The pickup under the pointer, or held; -1: none. */
+static int lit_coil(const lb_picture *p) {
+    const int at = p->held >= 0 ? p->held : p->hovered;
+    return p->coils >= 0 && (at == p->coils || at == p->coils + 1) ? at - p->coils : -1;
+}
+
 void lb_mix_crowns(const lb_picture *p, uint64_t *hash) {
+    mix(hash, lit_coil(p) + 4 * (p->held >= 0));
+    mix(hash, is_stop_shown(p) ? p->stopped + 1 : 0);
     for (int k = LB_ACTION; k < LB_ACTION + LB_BUILT; k++) mix(hash, p->values[k]);
     mix(hash, p->values[LB_BASS]);
     mix(hash, (double)look_of(p)->fretless);
@@ -82,15 +98,91 @@ static void draw_crown(lb_picture *p, const side *v, int k) {
         lb_round(s, x - px(p, 2), v->rest + gap * v->mm, px(p, 4), crown * v->mm + px(p, 2), px(p, 2), 0, colour);
 }
 
+int lb_pickup_slider(int pickup) { return pickup ? LB_PICKUP_2_PLACE : LB_PICKUP_1_PLACE; }
+
+double lb_pickup_place(const lb_picture *p, int k) {
+    const double place = p->own ? p->own->place[k] : NAN;
+    const double moved = place + p->values[LB_PICKUP_PLACE] + p->values[lb_pickup_slider(k)];
+    return isnan(place) ? NAN : fmax(fmin(moved, p->own->farthest[k]), p->own->nearest[k]);
+}
+
+void lb_pickup_limits(const lb_picture *p, int k, double limits[2]) {
+    limits[0] = -INFINITY;
+    limits[1] = INFINITY;
+    if (!p->own || isnan(p->own->place[k])) return;
+    const double zero = p->own->place[k] + p->values[LB_PICKUP_PLACE];
+    limits[0] = fmin(p->own->nearest[k] - zero, 0);
+    limits[1] = fmax(p->own->farthest[k] - zero, 0);
+}
+
+double lb_mm_along(const lb_picture *p) {
+    return p->own && p->own->length > 0 ? (p->saddle - p->nut) / p->own->length : 1;
+}
+
+/* Draws a pickup with its name, and gives its part this place. */
 static void draw_pickup(lb_picture *p, const side *v, int k) {
-    const double own_place = p->values[k ? LB_PICKUP_2_PLACE : LB_PICKUP_1_PLACE];
-    const double own_height = p->values[k ? LB_PICKUP_2_HEIGHT : LB_PICKUP_1_HEIGHT];
-    const double away = v->own->place[k] + p->values[LB_PICKUP_PLACE] + own_place, x = p->saddle - away * v->along;
-    const double gap = fmax(COIL_GAP - 0.5 * (p->values[LB_PICKUP_HEIGHT] + own_height), 0.3);
-    const double top = v->rest + gap * v->mm, tall = v->foot - top;
-    if (isnan(away)) return;
-    lb_round(&p->ground, x - px(p, 9), top, px(p, 18), tall, px(p, 3), 0, BLACK);
-    lb_round(&p->ground, x - px(p, 9), top, px(p, 18), tall, px(p, 3), px(p, 1), METAL);
+    const double height = p->values[LB_PICKUP_HEIGHT] + p->values[k ? LB_PICKUP_2_HEIGHT : LB_PICKUP_1_HEIGHT];
+    const double x = p->saddle - lb_pickup_place(p, k) * v->along, apart = lb_pickup_place(p, 0) - lb_pickup_place(p, 1);
+    const double top = v->rest + fmax(COIL_GAP - 0.5 * height, 0.3) * v->mm, tall = v->foot - top, size = px(p, 9.5);
+    if (isnan(x)) return;
+    const uint32_t edge = lit_coil(p) == k ? p->t->accent : METAL;
+    lb_round(&p->ground, x - px(p, 10), top, px(p, 20), tall, px(p, 3), 0, 0xFF2C241D);
+    lb_round(&p->ground, x - px(p, 10), top, px(p, 20), tall, px(p, 3), px(p, 1), edge);
+    for (int way = -1; way < 2; way += 2) /* the poles */
+        lb_round(&p->ground, x + way * px(p, 4) - px(p, 2), top - px(p, 2), px(p, 4), px(p, 7), px(p, 1.5), 0, METAL);
+    char text[16] = "pickup";
+    if (!isnan(apart)) snprintf(text, sizeof text, "pickup %d", k + 1);
+    const double wide = lb_text_width(size, text);
+    double left = x - wide / 2;
+    if (fabs(apart) * v->along < wide + px(p, 6)) left = (apart > 0) == (k == 0) ? x + px(p, 8) - wide : x - px(p, 8);
+    lb_text(&p->ground, left, v->foot + px(p, 10.5), size, lit_coil(p) == k ? p->t->ink : p->t->soft, text, wide + 1);
+    part *q = &p->parts[p->coils + k];
+    q->x = x - px(p, 13);
+    q->y = v->rest;
+    q->w = px(p, 26);
+    q->h = v->foot + px(p, LABELS) - v->rest;
+}
+
+/* Draws a wound string, `tall` pixels, with its underside at `rest`: a core in the turns of a wire, which slant. */
+static void draw_string(lb_picture *p, double x0, double x1, double rest, double tall) {
+    const double turn = px(p, WRAP), top = rest - tall;
+    for (int y = (int)floor(top); y < rest; y++) {
+        const double t = fmin(fmax((y + 0.5 - top) / tall, 0), 1), round = sqrt(fmax(1 - (2 * t - 1) * (2 * t - 1), 0));
+        const double shine = exp(-(t - 0.3) * (t - 0.3) / 0.03);
+        for (int x = (int)floor(x0); x < x1; x++) {
+            const double at = (x + 0.5 - x0) / turn + 0.5 * t, ridge = fabs(sin(M_PI * at));
+            const double edge = fmin(fmin(y + 1 - top, rest - y), 1);
+            const double light = (0.25 + 0.5 * round + 0.35 * shine) * (0.45 + 0.55 * ridge);
+            lb_dot(&p->ground, x, y, lb_mixed(0xFF2E2A25, STRING, light), (float)fmin(fmax(edge, 0), 1));
+        }
+    }
+}
+
+/* Writes what the parts are, and why sliders have stopped. */
+static void draw_names(lb_picture *p, const side *v, const part *q, double tall) {
+    char text[2 * MAX_TEXT + 64] = "", value[MAX_TEXT];
+    lb_sheet *s = &p->ground;
+    const double size = px(p, 9.5), beside = v->rest - tall / 2 + px(p, 3.5), above = q->y + px(p, 10);
+    lb_text(s, p->nut - px(p, 10) - lb_text_width(size, "nut"), beside, size, p->t->soft, "nut", 100);
+    lb_text(s, p->saddle + px(p, 14), beside, size, p->t->soft, "bridge", px(p, 56));
+    snprintf(text, sizeof text, "%s, the lowest string", lb_note_name((int)v->own->open));
+    const double end = lb_text(s, p->nut, above, size, p->t->soft, text, px(p, 200));
+    for (int k = 2; k < v->own->crowns; k++) {
+        const int in_octave = (k + 1) % 12, marked = !in_octave || (in_octave > 1 && in_octave < 10 && in_octave % 2);
+        if (!marked) continue;
+        snprintf(text, sizeof text, "%d", k + 1);
+        lb_text(s, place_of(p, v, k) - lb_text_width(size, text) / 2, v->foot + px(p, 10.5), size, p->t->soft, text, 100);
+    }
+    if (!is_stop_shown(p) || !p->face.fault) return;
+    const lb_stop *stop = &p->stop;
+    size_t at = 0;
+    if (stop->parameter < LB_PARAMETERS) {
+        text_of(p, stop->parameter, p->values[stop->parameter], value);
+        at = (size_t)snprintf(text, sizeof text, "%s stops at %s: beyond it ", lb_parameters[stop->parameter].name, value);
+    } else at = (size_t)snprintf(text, sizeof text, "This neck cannot be played: ");
+    p->face.fault(&stop->fault, text + at, sizeof text - at);
+    const double room = p->saddle - end - px(p, 16), wide = fmin(lb_text_width(size, text), room);
+    lb_text(s, p->saddle - wide, above, size, p->t->hot, text, room);
 }
 
 /* Draws a line each mm below the string. */
@@ -99,6 +191,7 @@ static void draw_scale(lb_picture *p, const side *v, int deepest) {
     for (int k = 1; k <= deepest; k++) {
         const double y = v->rest + k * v->mm;
         snprintf(text, sizeof text, "%d mm", k);
+        if (y > v->foot + 1) return;
         lb_box(&p->ground, p->nut, y, p->saddle - p->nut, fmax(px(p, 0.5), 1), lb_faded(p->t->edge, 0.45));
         if (v->mm > px(p, 9) || k % 2 == 0)
             lb_text(&p->ground, p->saddle + px(p, 8), y + px(p, 3), px(p, 9), p->t->soft, text, 60);
@@ -108,6 +201,7 @@ static void draw_scale(lb_picture *p, const side *v, int deepest) {
 void lb_draw_crowns(lb_picture *p, const part *q) {
     const lb_own *own = p->own;
     lb_sheet *s = &p->ground;
+    for (int k = 0; k < 2 && p->coils >= 0; k++) p->parts[p->coils + k].x = -2 - p->parts[p->coils + k].w;
     if (!own || isnan(own->length)) {
         lb_label(p, s, q, MIDDLE, p->t->soft, "This bass has no bench file: its sliders change nothing.", 1);
         return;
@@ -117,16 +211,18 @@ void lb_draw_crowns(lb_picture *p, const part *q) {
     const double thick = 25.4 * own->thickest * (1 + p->values[LB_GAUGE] / 100);
     double deepest = 4;
     for (int k = 0; k < count; k++) deepest = fmax(deepest, gap_at(p, own, k));
-    const double mm = (q->h - px(p, 14)) / (deepest + 1 + thick), rest = q->y + px(p, 4) + thick * mm;
-    const side v = {own, (p->saddle - p->nut) / own->length, mm, rest, q->y + q->h};
+    const double foot = q->y + q->h - px(p, LABELS), room = foot - q->y - px(p, 14);
+    const double tall = fmin(thick * px(p, STRING_MM), room / 3), rest = q->y + px(p, 14) + tall;
+    const side v = {own, lb_mm_along(p), (room - tall) / (deepest + 1), rest, foot};
     draw_scale(p, &v, (int)deepest + 1);
     for (int k = 0; k < count; k++) draw_crown(p, &v, k);
     for (int k = 0; k < 2; k++) draw_pickup(p, &v, k);
     lb_round(s, p->saddle - px(p, 3), rest, px(p, 6), v.foot - rest, px(p, 2), 0, METAL);
     lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), 0, BONE);
-    const double tall = fmax(thick * mm, px(p, 1.5)); /* the string */
-    lb_shade(s, p->nut - px(p, 5), rest - tall, p->saddle - p->nut + px(p, 12), tall, STRING, STRING_DARK);
+    lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), px(p, 1), p->t->edge);
+    draw_string(p, p->nut - px(p, 5), p->saddle + px(p, 8), rest, tall);
     if (count) measure(p, &v, 0, "at fret 1");
     if (count) measure(p, &v, count < 12 ? count - 1 : 11, "at fret 12");
+    draw_names(p, &v, q, tall);
     s->clip = (lb_area){0, 0, s->width, s->height};
 }

@@ -3,6 +3,8 @@
 
 #include <stdio.h>
 
+const char *lb_note_name(int key) { return key < 0 || key > 127 ? "" : lb_note_names[key]; }
+
 void lb_label(lb_picture *p, lb_sheet *s, const part *box, double units, uint32_t colour, const char *text,
               int centred) {
     const double size = px(p, units), wide = lb_text_width(size, text);

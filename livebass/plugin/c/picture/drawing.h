@@ -15,9 +15,9 @@ enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F };
 
 /* Pixels at scale 1. */
 enum { EDGE = 14, HEADER = 46, TABS = 28, SONG_BAR = 24, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
-enum { SAVE_WIDTH = 44, MOTION_WIDTH = 76 };
-enum { MIN_CELL = 144, MAX_CELL = 260, MIN_LAMP = 100, MIN_SMALL_LAMP = 76 }; /* widths */
-enum { LAMP_HEIGHT = 26, SMALL_LAMP = 21, LOW = 400 };
+enum { MOTION_WIDTH = 76, NARROW = 760 /* a window without room for all words of its header */ };
+enum { MIN_CELL = 144, MAX_LAMP = 150, LAMP_HEAD = 74 }; /* widths; LAMP_HEAD: of a row's heading */
+enum { LAMP_HEIGHT = 26, SMALL_LAMP = 17, LOW = 400 };
 enum { MIN_NECK = 120 };                                    /* height of a neck beside a side view */
 #define FLOOR_DB (-48.0) /* where the meter begins */
 #define TINY 9.0 /* letters */
@@ -33,7 +33,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, UPDATE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE,
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, UPDATE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE, COIL, LAMP_ROW,
        SONG_BUTTON, SONG_LINE, SONG_CROSS, KINDS };
 typedef struct {
     int kind, number;
@@ -69,13 +69,15 @@ struct lb_picture {
     double scale, seconds;
     uint64_t laid_out; /* the layout state of the parts' places */
     part parts[MAX_PARTS];
-    int count, board; /* parts; the place of the neck among them */
+    int count, board, coils; /* parts; the places among them of the neck and of the side view's first pickup, -1: none */
     int page, listing, scrolled; /* listing: basses, then sounds, are listed in place of the neck */
     int columns;                   /* at the list's end, without room */
     int sounds, doomed, lists;     /* how many; the one the next press deletes, -1: none; lists read so far */
     listed listed[MAX_LISTED + LB_SOUND_GROUPS];
     lb_song_view song;
     int pasting;                   /* the clipboard's text is wanted */
+    lb_stop stop;                  /* why sliders have stopped last ... */
+    double stopped;                /* ... and since when that is shown */
     char notice[MAX_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */
     double values[LB_PARAMETERS];
@@ -161,6 +163,7 @@ static inline void text_of(const lb_picture *p, int k, double v, char text[MAX_T
 
 /* --- of drawing.c --- */
 
+const char *lb_note_name(int key); /* "": there is no such key */
 /* Writes a text in the middle of a box, or from its left edge on. */
 void lb_label(lb_picture *, lb_sheet *, const part *box, double units, uint32_t colour, const char *, int centred);
 /* Begins to take keys as a text: VALUE of a parameter, SAVING, SEARCH. */
@@ -171,7 +174,6 @@ void lb_copy_area(const lb_picture *, lb_area);
 
 /* --- of neck.c --- */
 
-const char *lb_note_name(int key); /* "": there is no such key */
 /* The fret at which a string is held; 0: open; -1: not held. */
 int lb_fret_held(const lb_picture *, int string);
 /* Draws a note's name as high as its lane allows. */
@@ -189,6 +191,12 @@ lb_area lb_draw_lively(lb_picture *, int all);
 
 /* Draws the lowest string from the side over its crowns, in mm, and mixes in all that this shows. */
 void lb_draw_crowns(lb_picture *, const part *);
+/* A pickup, 0 or 1: its place with the present values, mm from the bridge, NaN: there is none; the limits of its own
+   slider, so that it stays where it has room; its slider. */
+double lb_pickup_place(const lb_picture *, int pickup);
+void lb_pickup_limits(const lb_picture *, int pickup, double limits[2]);
+int lb_pickup_slider(int pickup);
+double lb_mm_along(const lb_picture *); /* pixels for a mm along the side view */
 void lb_mix_crowns(const lb_picture *, uint64_t *);
 /* True if the present bass cannot use a parameter. */
 int lb_is_idle(const lb_picture *, int parameter);
@@ -211,7 +219,10 @@ int lb_key_of(const lb_picture *, int action); /* the key that switches it; -1: 
 const lb_switch *lb_switch_of(int action); /* without a value; 0: there is none */
 const char *lb_tab_name(int page);
 const char *lb_tip_of(int parameter);
+const char *lb_name_of(int parameter); /* beside its value on its page */
 const char *lb_section_name(int section);
+const char *lb_lamp_row_name(int row);
+int lb_is_narrow(const lb_picture *);
 /* A number for everything that the parts' places depend on. */
 uint64_t lb_layout_state(const lb_picture *);
 int lb_is_outdated(const lb_picture *); /* the bass plays as a session kept it, and has changed since */

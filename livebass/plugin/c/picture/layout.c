@@ -21,23 +21,23 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
 
 /* The parameters' places in sections of a page, section by section. Any that is left out is on the last page. */
 static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
-enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, LOWS, HIGHS, SPEAKERS,
+enum { RIGHT_HAND, HANDS, SOUND_OF, NECK, FRETS, STRINGS, EACH_PICKUP, PICKUPS, PLUCKING, TONE, EFFECTS, LOWS, HIGHS, SPEAKERS,
        PROCESSOR, PLAYING, UNEVEN, MORE_OF, SECTIONS };
 static const char sections[SECTIONS][15] = {
-    "Stroke", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Pickups", "Each pickup", "Plucking", "Tone",
+    "Right hand", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Each pickup", "All pickups", "Plucking", "Tone",
     "Effects", "Low EQ", "High EQ", "Cabinet", "Processor", "Playing", "Human", "More",
 };
 static const struct {
     int page, section, count, parameters[6];
 } places[] = {
-    {LB_PLAY, STROKE, 3, {LB_TECHNIQUE, LB_PLUCK_POSITION, LB_DYNAMICS}},
+    {LB_PLAY, RIGHT_HAND, 3, {LB_TECHNIQUE, LB_PLUCK_POSITION, LB_DYNAMICS}},
     {LB_PLAY, HANDS, 3, {LB_PALM_MUTE, LB_VIBRATO, LB_HAND_DAMPING}},
     {LB_PLAY, SOUND_OF, 3, {LB_GAIN, LB_TONE, LB_DRIVE}},
     {LB_BENCH_PAGE, NECK, 4, {LB_ACTION, LB_NECK_RELIEF, LB_NUT_HEIGHT, LB_CONTACT_LOSS}},
     {LB_BENCH_PAGE, FRETS, 4, {LB_FRET, LB_FRET_HEIGHT, LB_NECK_RESONANCE, LB_NECK_MASS}},
     {LB_BENCH_PAGE, STRINGS, 6, {LB_NAMED_TUNING, LB_CONCERT_PITCH, LB_GAUGE, LB_TENSION, LB_WEAR, LB_FOAM}},
-    {LB_BENCH_PAGE, PICKUPS, 3, {LB_PICKUP_PLACE, LB_PICKUP_HEIGHT, LB_CABLE}},
     {LB_BENCH_PAGE, EACH_PICKUP, 4, {LB_PICKUP_1_PLACE, LB_PICKUP_1_HEIGHT, LB_PICKUP_2_PLACE, LB_PICKUP_2_HEIGHT}},
+    {LB_BENCH_PAGE, PICKUPS, 3, {LB_PICKUP_PLACE, LB_PICKUP_HEIGHT, LB_CABLE}},
     {LB_BENCH_PAGE, PLUCKING, 3, {LB_FINGER_WIDTH, LB_PLUCK_ANGLE, LB_HARDEST}},
     {LB_TONE_PAGE, TONE, 3, {LB_GAIN, LB_TONE, LB_BLEND}},
     {LB_TONE_PAGE, EFFECTS, 3, {LB_COMPRESSION, LB_DRIVE, LB_CLEAN_BLEND}},
@@ -56,7 +56,7 @@ static const char *const tips[LB_PARAMETERS] = { /* in place of a parameter's ow
     [LB_PALM_MUTE] = "How firmly the palm rests on the strings.",
     [LB_VIBRATO] = "Depth of the vibrato.",
     [LB_HAND_DAMPING] = "How fast a finger stops a note.",
-    [LB_GAIN] = "Level. 0 dB is the bass as it is.",
+    [LB_GAIN] = "Level. 0 dB is the preset's.",
     [LB_TONE] = "The tone pot: 0 is closed, 10 is open.",
     [LB_DRIVE] = "A valve stage behind the bass.",
     [LB_BLEND] = "From the pickup at the neck to the one at the bridge.",
@@ -83,6 +83,21 @@ static const char *const tips[LB_PARAMETERS] = { /* in place of a parameter's ow
     [LB_HUMANISE_FORCE] = "How much the force of notes may differ.",
 };
 
+/* Names in place of a parameter's own, where a page's section says the rest. */
+static const struct {
+    int parameter;
+    char name[20];
+} shorter[] = {
+    {LB_PICKUP_PLACE, "To the neck"}, {LB_PICKUP_HEIGHT, "To the strings"},
+    {LB_EQ_BASS, "Bass"}, {LB_EQ_LOW_MID, "Low mid"}, {LB_EQ_HIGH_MID, "High mid"}, {LB_EQ_TREBLE, "Treble"},
+};
+
+const char *lb_name_of(int parameter) {
+    for (size_t k = 0; k < sizeof shorter / sizeof *shorter; k++)
+        if (shorter[k].parameter == parameter) return shorter[k].name;
+    return lb_parameters[parameter].name;
+}
+
 const char *lb_tip_of(int parameter) { return tips[parameter] ? tips[parameter] : lb_parameters[parameter].help; }
 
 /* A parameter without a place; techniques are lamps, and the bass is in the header. */
@@ -93,17 +108,21 @@ static int is_left(int k) {
     return k != LB_BASS && strcmp(lb_parameters[k].group, "Techniques") != 0;
 }
 
+int lb_is_narrow(const lb_picture *p) { return p->sheet.width < px(p, NARROW); }
+
 static void lay_out_header(lb_picture *p, double width) {
     const double y = px(p, 9), h = px(p, 28), left = px(p, 122), right = width - px(p, EDGE);
-    const double room = right - px(p, 236 + 6 + SAVE_WIDTH + 6) - left, wide = fmin(fmin(px(p, 330), width * 0.36), room);
+    const double save = px(p, lb_is_narrow(p) ? 44 : 84), quality = px(p, lb_is_narrow(p) ? 56 : 104);
+    const double after = px(p, 154 + 6) + quality, room = right - after - px(p, 6) - save - left;
+    const double wide = floor(fmin(fmin(px(p, 330), width * 0.36), room)); /* whole: parts clear what is beside them */
     add(p, WORDMARK, 0, px(p, EDGE), y, px(p, 100), h);
     add(p, PREVIOUS, 0, left, y, h, h);
     add(p, TITLE, 0, left + h + px(p, 2), y, wide - 2 * h - px(p, 4), h); /* each clears a small margin */
     add(p, NEXT, 0, left + wide - h, y, h, h);
-    if (p->face.save) add(p, SAVE, 0, left + wide + px(p, 6), y, px(p, SAVE_WIDTH), h);
-    add(p, OVERLOAD, 0, right - px(p, 82), y, px(p, 82), h);
-    add(p, LOAD, 0, right - px(p, 160), y, px(p, 72), h);
-    add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
+    if (p->face.save) add(p, SAVE, 0, left + wide + px(p, 6), y, save, h);
+    add(p, OVERLOAD, 0, right - px(p, 78), y, px(p, 78), h);
+    add(p, LOAD, 0, right - px(p, 154), y, px(p, 72), h);
+    add(p, QUALITY, LB_QUALITY, right - after, y, quality, h);
 }
 
 /* A page's cells: sections by section, each led by its heading. */
@@ -164,7 +183,7 @@ static grid grid_of(const lb_picture *p, const cells *c) {
             again = columns > g.columns;
         }
     }
-    g.wide = px(p, fmin(units / g.columns, MAX_CELL));
+    g.wide = px(p, units / g.columns);
     return g;
 }
 
@@ -194,13 +213,13 @@ static void lay_out_song(lb_picture *p, double width, double top) {
 }
 
 static void lay_out_tabs(lb_picture *p, double width, double top) {
-    const double h = px(p, TABS - 4), right = width - px(p, EDGE);
+    const double h = px(p, TABS - 4), right = width - px(p, EDGE), paste = px(p, lb_is_narrow(p) ? 48 : 84);
     for (int k = 0; p->face.swap && k < 2; k++)
         add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
     if (p->face.copy) add(p, COPY, 0, right - px(p, 104), top, px(p, 48), h);
     if (p->face.undo) add(p, UNDO, 0, right - px(p, 156), top, px(p, 48), h);
-    if (p->face.paste) add(p, PASTE, 0, right - px(p, 208), top, px(p, 48), h);
-    if (lb_is_outdated(p)) add(p, UPDATE, 0, right - px(p, 268), top, px(p, 56), h);
+    if (p->face.paste) add(p, PASTE, 0, right - px(p, 160) - paste, top, paste, h);
+    if (lb_is_outdated(p)) add(p, UPDATE, 0, right - px(p, 220) - paste, top, px(p, 56), h);
     for (int k = 0; k < LB_PAGES; k++) add(p, TAB, k, px(p, EDGE) + px(p, 84) * k, top, px(p, 80), h);
 }
 
@@ -217,42 +236,45 @@ const lb_switch *lb_switch_of(int action) {
     return 0;
 }
 
-/* The strokes, then the techniques: always all, in the same places. */
-static const int lamps[] = {
-    LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_THUMB_ON_ALL, LB_SWITCH_POP_ON_ALL, LB_SWITCH_PALM_MUTE,
-    LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_LET_RING, LB_SWITCH_GHOST, LB_SWITCH_HARMONIC,
-    LB_SWITCH_TAP, LB_SWITCH_DOWN_STROKE, LB_SWITCH_UP_STROKE, LB_SWITCH_LEFT_SLAP, LB_SWITCH_ARTIFICIAL,
-    LB_SWITCH_ARTIFICIAL_12TH, LB_SWITCH_ARTIFICIAL_15TH, LB_SWITCH_PINCH, LB_SWITCH_SLIDE_OFF_DOWN,
-    LB_SWITCH_SLIDE_OFF_UP, LB_SWITCH_DETACH, LB_SWITCH_STOP_ALL,
+/* Rows of lamps by what they are about, the most used first: always all, in the same places. */
+enum { LAMP_ROWS = 4, ACROSS = 7 };
+static const char lamp_rows[LAMP_ROWS][10] = {"Stroke", "Left hand", "Damping", "Harmonics"};
+static const int lamps[LAMP_ROWS][ACROSS] = { /* 0: none */
+    {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_THUMB_ON_ALL, LB_SWITCH_POP_ON_ALL, LB_SWITCH_DOWN_STROKE,
+     LB_SWITCH_UP_STROKE},
+    {LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_TAP, LB_SWITCH_LEFT_SLAP, LB_SWITCH_SLIDE_OFF_DOWN,
+     LB_SWITCH_SLIDE_OFF_UP},
+    {LB_SWITCH_PALM_MUTE, LB_SWITCH_GHOST, LB_SWITCH_LET_RING, LB_SWITCH_DETACH, LB_SWITCH_STOP_ALL},
+    {LB_SWITCH_HARMONIC, LB_SWITCH_ARTIFICIAL, LB_SWITCH_ARTIFICIAL_12TH, LB_SWITCH_ARTIFICIAL_15TH, LB_SWITCH_PINCH},
 };
-enum { LAMP_COUNT = sizeof lamps / sizeof *lamps };
+
+const char *lb_lamp_row_name(int row) { return lamp_rows[row]; }
 
 /* True in a window without room for cells and lamps of the usual size. */
 static int is_low(const lb_picture *p) { return p->sheet.height < px(p, LOW); }
 
 static double lamp_height(const lb_picture *p) { return px(p, is_low(p) ? SMALL_LAMP : LAMP_HEIGHT); }
 
-static int lamp_rows(const lb_picture *p) {
-    const double across = floor((p->sheet.width / p->scale - EDGE) / (is_low(p) ? MIN_SMALL_LAMP : MIN_LAMP));
-    return (int)ceil(LAMP_COUNT / fmin(fmax(across, 1), LAMP_COUNT));
-}
-
 /* The width of a lamp's name, for a low window; in others lamps stand in columns. */
 static double name_width(const lb_picture *p, int lamp) {
-    return is_low(p) ? lb_text_width(px(p, TINY), lb_switch_of(lamp)->name) : 0;
+    return is_low(p) ? lb_text_width(px(p, TINY), lb_switch_of(lamp)->name) + px(p, 6) : 0;
 }
 
-/* Each lamp is as wide as its name, and its share of what is left. */
+/* A row's heading, then its lamps: in a low window each as wide as its name, and its share of what is left. */
 static void lay_out_lamps(lb_picture *p, double width, double top) {
-    const int rows = lamp_rows(p), across = (LAMP_COUNT + rows - 1) / rows;
-    double x = 0, left = 0;
-    for (int k = 0; k < LAMP_COUNT; k++) {
-        const int row = k / across;
-        if (k % across == 0) x = px(p, EDGE), left = width - px(p, 2 * EDGE - 4);
-        for (int j = k; k % across == 0 && j < k + across && j < LAMP_COUNT; j++) left -= name_width(p, lamps[j]);
-        const double wide = name_width(p, lamps[k]) + left / across, tall = lamp_height(p);
-        add(p, LAMP, lamps[k], x, top + row * tall, wide - px(p, 4), tall - px(p, 4));
-        x += wide;
+    const double begin = px(p, EDGE + LAMP_HEAD), tall = lamp_height(p), gap = px(p, is_low(p) ? 2 : 4), all = width - px(p, EDGE - 4) - begin;
+    for (int row = 0; row < LAMP_ROWS; row++) {
+        const double y = top + row * tall;
+        double x = begin, left = all;
+        int count = 0;
+        for (; count < ACROSS && lamps[row][count]; count++) left -= name_width(p, lamps[row][count]);
+        const double share = fmin(left / (is_low(p) ? count : ACROSS), px(p, is_low(p) ? 24 : MAX_LAMP));
+        add(p, LAMP_ROW, row, px(p, EDGE), y, px(p, LAMP_HEAD - 4), tall - gap);
+        for (int k = 0; k < count; k++) {
+            const double wide = name_width(p, lamps[row][k]) + share;
+            add(p, LAMP, lamps[row][k], x, y, wide - px(p, 4), tall - gap);
+            x += wide;
+        }
     }
 }
 
@@ -327,7 +349,8 @@ void lb_lay_out(lb_picture *p) {
     const int bench = p->page == LB_BENCH_PAGE;
     const cells c = cells_of(p, p->page);
     const grid g = grid_of(p, &c);
-    const double switches = p->page == LB_PLAY ? lamp_height(p) * lamp_rows(p) + px(p, 2) : 0;
+    const int lit = p->page == LB_PLAY && !(p->listing && is_low(p)); /* there the list takes the lamps' room */
+    const double switches = lit ? lamp_height(p) * LAMP_ROWS + px(p, 2) : 0;
     const double heads = g.apart ? px(p, HEADING) : 0, room = height - top - px(p, FOOT) - switches - heads;
     const int rows = g.apart ? g.rows - 1 : g.rows, both = room - rows * px(p, SMALL_CELL) >= px(p, 2 * MIN_NECK);
     const int large = room - rows * px(p, CELL) >= px(p, bench ? 2 * MIN_NECK : MIN_NECK);
@@ -351,7 +374,12 @@ void lb_lay_out(lb_picture *p) {
             add(p, NAME, i, p->nut - px(p, 44), lane_at(p, i, p->nut) - lane / 2, px(p, 36), lane);
         }
     }
-    if (side > px(p, 40)) add(p, CROWNS, 0, 1, top + tall - side + 1, width - 3, side - 3);
+    p->coils = -1;
+    if (side > px(p, 40)) {
+        add(p, CROWNS, 0, 1, top + tall - side + 1, width - 3, side - 3);
+        p->coils = p->count; /* where the view is drawn, they get their places */
+        for (int k = 0; k < 2; k++) add(p, COIL, lb_pickup_slider(k), -2, top, 1, 1);
+    }
     lay_out_tabs(p, width, px(p, HEADER));
     if (bar > 0) lay_out_song(p, width, top - bar);
     if (switches > 0) lay_out_lamps(p, width, panel);

@@ -57,8 +57,10 @@ void lb_open_menu(lb_picture *p, int k, double x, double y) {
         return;
     }
     add_value(p, k);
-    for (int j = 0; lb_parameters[k].points && lb_parameters[k].points[j] && j < MAX_LINES - 4; j++)
-        add_line(c, DO_CHOOSE + j, lb_parameters[k].points[j]);
+    for (int j = 0; lb_parameters[k].points && lb_parameters[k].points[j] && j < MAX_LINES - 4; j++) {
+        text_of(p, k, lb_parameters[k].minimum + j, text);
+        add_line(c, DO_CHOOSE + j, text);
+    }
     if (!lb_parameters[k].points && p->face.read) add_line(c, DO_TYPE, "Type a value");
     add_line(c, DO_RESET, "Reset");
     const int controller = p->face.learn ? p->face.controller(p->face.owner, k) : LB_NO_CONTROLLER;
@@ -120,8 +122,8 @@ static void add_wrapped(lb_picture *p, const char *text, int large) {
 
 static void make_tip(lb_picture *p) {
     const part *q = &p->parts[p->hovered];
-    const int is_value = q->kind == SLIDER || q->kind == STEPPER || q->kind == QUALITY || q->kind == PLUCK;
-    const char *tip = is_value ? lb_tip_of(q->number) : lb_kinds[q->kind].tip;
+    const int is_value = q->kind == SLIDER || q->kind == STEPPER || q->kind == QUALITY || q->kind == PLUCK || q->kind == COIL;
+    const char *tip = is_value && q->kind != COIL ? lb_tip_of(q->number) : lb_kinds[q->kind].tip;
     if (!tip && !is_value) return;
     p->cover = (lb_cover){.kind = TIP, .number = p->hovered, .lit = -1};
     if (is_value) add_value(p, q->number);

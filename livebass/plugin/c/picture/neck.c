@@ -18,11 +18,17 @@ static const body bodies[] = {
     [OTHER] = {0xFF8A5A36, 0xFF6A4024, 0xFF4A2A18, 0xFF24140C, {0.18, 0.16}, {0.40, 0.40}, 0.14, 0},
     [UPRIGHT] = {0xFFC8762E, 0xFFA4571C, 0xFF6B3210, 0xFF381A0A, {0, 0}, {0.42, 0.42}, 0.24, 0.5},
 };
+/* Finishes of bodies with horns, so that basses of a family look apart: wood and rim, each light and dark. */
+static const uint32_t finishes[][4] = {
+    {0}, /* the family's own */
+    {0xFFD6AE78, 0xFFBC8E58, 0xFF7E562C, 0xFF4A2F15}, /* natural */
+    {0xFFB23A2A, 0xFF8F2A1E, 0xFF5A140E, 0xFF2A0806}, /* cherry */
+    {0xFF7FB0A0, 0xFF669886, 0xFF4E7D6E, 0xFF2F5248}, /* sea green */
+    {0xFF4F7FA8, 0xFF3D688E, 0xFF27496A, 0xFF152B42}, /* blue */
+};
 #define FARTHEST 0.1f /* m, the farthest a string may be from rest; NaN is drawn at rest */
 #define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
-
-const char *lb_note_name(int key) { return key < 0 || key > 127 ? "" : lb_note_names[key]; }
 
 int lb_fret_held(const lb_picture *p, int string) {
     const LB_STRING_LOOK *l = &look_of(p)->string[string];
@@ -70,6 +76,20 @@ static int family_of(const lb_picture *p) {
     return low->pickups == 2 && low->aperture[0] < 0.025 ? JAZZ : OTHER;
 }
 
+/* The body's colours: its family's, or a finish by the bass's name. */
+static void take_finish(const lb_picture *p, body *b) {
+    char name[MAX_TEXT];
+    uint32_t sum = 0;
+    text_of(p, LB_BASS, p->values[LB_BASS], name);
+    for (const char *c = name; *c; c++) sum = sum * 31 + (uint8_t)*c;
+    const uint32_t *finish = finishes[(sum + 1) % (sizeof finishes / sizeof *finishes)];
+    if (!*finish || b->shoulder > 0) return;
+    b->wood = finish[0];
+    b->wood_dark = finish[1];
+    b->rim = finish[2];
+    b->rim_dark = finish[3];
+}
+
 /* The part of half a body's height up to which it reaches at a place along it; `inner`: from where on, at a cutaway. */
 static double outline_at(const body *b, int side, double t, double *inner) {
     const double horn = b->horn[side], apart = t - b->waist_at[side], end = (t - 0.86) / 0.14;
@@ -87,7 +107,9 @@ static double outline_at(const body *b, int side, double t, double *inner) {
 
 static void draw_body(lb_picture *p, const part *q) {
     lb_sheet *s = &p->ground;
-    const body *b = &bodies[family_of(p)];
+    body own = bodies[family_of(p)];
+    const body *b = &own;
+    take_finish(p, &own);
     const double left = body_begin(p), right = q->x + q->w - px(p, 34), long_ = right - left;
     const double half = q->h / 2 - px(p, 2), middle = q->y + q->h / 2;
     const double first = left - fmax(b->horn[0], b->horn[1]) * long_;

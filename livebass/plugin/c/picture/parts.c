@@ -14,6 +14,12 @@ static int is_held(const lb_picture *p, const part *q) { return q - p->parts == 
 
 static double allowed(const lb_picture *p, int k, double v) {
     v = fmin(fmax(v, lb_parameters[k].minimum), maximum_of(p, k));
+    for (int coil = 0; coil < 2; coil++)
+        if (k == lb_pickup_slider(coil)) {
+            double limits[2];
+            lb_pickup_limits(p, coil, limits);
+            v = fmin(fmax(v, limits[0]), limits[1]);
+        }
     return lb_parameters[k].whole ? rint(v) : v;
 }
 
@@ -176,7 +182,8 @@ static void mix_title(const lb_picture *p, const part *q, uint64_t *hash) {
 static void draw_quality(lb_picture *p, const part *q) {
     char text[MAX_TEXT];
     button(p, q, 0, is_hot(p, q));
-    text_of(p, LB_QUALITY, p->values[LB_QUALITY], text);
+    const int end = lb_is_narrow(p) ? 0 : snprintf(text, sizeof text, "quality: ");
+    text_of(p, LB_QUALITY, p->values[LB_QUALITY], text + end);
     lb_label(p, &p->ground, q, SMALL, p->t->ink, text, 1);
 }
 
@@ -192,9 +199,11 @@ static int is_overloaded(const lb_picture *p) { return look_of(p)->strings && lo
 
 static void draw_overload(lb_picture *p, const part *q) {
     const int on = is_overloaded(p);
-    const uint32_t face = on ? p->t->hot : p->t->edge;
-    lb_round(&p->ground, q->x, q->y + px(p, 4), q->w, q->h - px(p, 8), q->h / 2, on ? 0 : px(p, 1), face);
-    lb_label(p, &p->ground, q, 9.5, on ? 0xFFFFFFFF : p->t->soft, "OVERLOAD", 1);
+    const double r = px(p, 4), y = q->y + q->h / 2;
+    const part room = {.x = q->x + px(p, 18), .y = q->y, .w = q->w - px(p, 18), .h = q->h};
+    lb_round(&p->ground, q->x + px(p, 6), y - r, 2 * r, 2 * r, r, 0, on ? p->t->hot : p->t->trough);
+    lb_round(&p->ground, q->x + px(p, 6), y - r, 2 * r, 2 * r, r, px(p, 1), on ? p->t->hot : p->t->edge);
+    lb_label(p, &p->ground, &room, SMALL, on ? p->t->hot : p->t->soft, "overload", 0);
 }
 
 static void mix_overload(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, is_overloaded(p)); }
@@ -353,6 +362,8 @@ static void press_lamp(lb_picture *p, const part *q, const hand *h) {
         p->face.note(p->face.owner, on, -1, lb_key_of(p, s->action), 0.75);
 }
 
+static void draw_lamp_row(lb_picture *p, const part *q) { draw_heading(p, q, lb_lamp_row_name(q->number)); }
+
 /* --- the panel --- */
 
 static void draw_tab(lb_picture *p, const part *q) {
@@ -395,8 +406,8 @@ static void draw_cell_text(lb_picture *p, const part *q) {
     char text[MAX_TEXT];
     const lb_parameter *k = &lb_parameters[q->number];
     const int controller = controller_of(p, q->number), idle = lb_is_idle(p, q->number);
-    if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
-    else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
+    if (controller < 0) snprintf(text, sizeof text, "%s", lb_name_of(q->number));
+    else snprintf(text, sizeof text, "%s (CC %d)", lb_name_of(q->number), controller);
     const double size = px(p, SMALL), y = q->y + px(p, is_small(p, q) ? 12 : 14), wide = lb_text_width(size, text);
     const double maximum = k->points && is_small(p, q) ? q->w * name_part(p, q) - px(p, 4) : q->w;
     const uint32_t ink = idle ? lb_faded(p->t->soft, 0.5) : p->t->ink, soft = idle ? ink : p->t->soft;
@@ -558,10 +569,11 @@ static void draw_button(lb_picture *p, const part *q, const char *text, int lit,
 }
 
 static void draw_labelled(lb_picture *p, const part *q) {
-    static const char *const labels[KINDS] = {
-        [UNDO] = "Undo", [COPY] = "Copy", [SAVE] = "Save", [PASTE] = "Paste", [UPDATE] = "Update",
+    static const char *const labels[KINDS][2] = { /* the second: without room */
+        [UNDO] = {"Undo", "Undo"}, [SAVE] = {"Save sound", "Save"}, [PASTE] = {"Paste sound", "Paste"},
+        [UPDATE] = {"Update", "Update"},
     };
-    draw_button(p, q, labels[q->kind], q->kind == UPDATE, is_hot(p, q));
+    draw_button(p, q, labels[q->kind][lb_is_narrow(p)], q->kind == UPDATE, is_hot(p, q));
 }
 
 /* Undoes the last change, and names it: it may be on another page. */
@@ -590,6 +602,10 @@ static void draw_side(lb_picture *p, const part *q) {
 }
 
 static void mix_side(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->face.side(p->face.owner)); }
+
+static void draw_copy(lb_picture *p, const part *q) {
+    draw_button(p, q, p->face.side(p->face.owner) ? "B to A" : "A to B", 0, is_hot(p, q));
+}
 
 static void press_copy(lb_picture *p, const part *q, const hand *h) {
     p->face.copy(p->face.owner);
@@ -769,6 +785,26 @@ static void press_more(lb_picture *p, const part *q, const hand *h) {
     p->scrolled = p->scrolled < p->columns ? p->scrolled + 1 : 0;
 }
 
+/* --- the pickups in the side view --- */
+
+static void press_coil(lb_picture *p, const part *q, const hand *h) {
+    p->focus = q->number;
+    if (h->modifiers & LB_RIGHT) {
+        p->requested = q->number + 1;
+        p->held = -1;
+    } else grab(p, q, h->x);
+}
+
+/* To the left is toward the neck. */
+static void drag_coil(lb_picture *p, const part *q, const hand *h) {
+    const double moved = (p->grabbed - h->x) / lb_mm_along(p);
+    set(p, q->number, allowed(p, q->number, p->from + (h->modifiers & LB_SHIFT ? 0.1 : 1) * moved), LB_MOVE);
+}
+
+static void wheel_coil(lb_picture *p, const part *q, const hand *h) {
+    lb_step(p, q->number == LB_PICKUP_2_PLACE ? LB_PICKUP_2_HEIGHT : LB_PICKUP_1_HEIGHT, h->way, h->modifiers & LB_SHIFT);
+}
+
 static void mix_crowns(const lb_picture *p, const part *q, uint64_t *hash) { lb_mix_crowns(p, hash); }
 
 /* --- the table --- */
@@ -780,8 +816,9 @@ const lb_kind lb_kinds[KINDS] = {
     [NEXT] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND, "The next bass or sound."},
     [TITLE] = {draw_title, mix_title, press_title, 0, wheel_bass, HAND, "Choose a bass or one of your sounds. * means changed."},
     [QUALITY] = {draw_quality, mix_value, press_step, 0, wheel_step, HAND, 0},
-    [LOAD] = {.draw = draw_load, .state = mix_load},
-    [OVERLOAD] = {.draw = draw_overload, .state = mix_overload},
+    [LOAD] = {.draw = draw_load, .state = mix_load, .tip = "How much of its time the sound takes. At 100 % it would break up."},
+    [OVERLOAD] = {.draw = draw_overload, .state = mix_overload,
+                  .tip = "Lit while time runs out and strings play more coarsely: see Relief on the page Settings."},
     [LAMP] = {draw_lamp, mix_lamp, press_lamp, 0, 0, HAND, "Press to switch it. Right-click to learn a MIDI controller."},
     [TAB] = {draw_tab, 0, press_tab, 0, 0, HAND, 0},
     [HEAD] = {.draw = draw_head},
@@ -794,8 +831,8 @@ const lb_kind lb_kinds[KINDS] = {
     [ENLARGED] = {draw_enlarged, mix_enlarged, press_enlarged, 0, wheel_enlarged, HAND, "Zoom of all windows of livebass."},
     [NAME] = {.draw = draw_name, .state = mix_name},
     [UNDO] = {draw_labelled, 0, press_undo, 0, 0, HAND, "Undo the last change."},
-    [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND, "Two sets of values to compare."},
-    [COPY] = {draw_labelled, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one."},
+    [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND, "Two sets of values, to compare by ear."},
+    [COPY] = {draw_copy, mix_side, press_copy, 0, 0, HAND, "Copy the values you hear to the other set."},
     [SAVE] = {draw_labelled, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save."},
     [PASTE] = {draw_labelled, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard."},
     [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND, "Press to load it. Right-click twice to delete it."},
@@ -811,4 +848,7 @@ const lb_kind lb_kinds[KINDS] = {
     [SONG_LINE] = {.draw = draw_song_line, .state = mix_song_line, .tip = "Your session does not keep the file."},
     [SONG_CROSS] = {draw_song_cross, 0, press_song, 0, 0, HAND, "Put the file away."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
+    [COIL] = {0, 0, press_coil, drag_coil, wheel_coil, ACROSS,
+              "Drag the pickup along the string; the wheel raises it. Double-click: the preset's place."},
+    [LAMP_ROW] = {.draw = draw_lamp_row},
 };

@@ -24,6 +24,9 @@ lb_picture *lb_new_picture(const lb_face *face) {
     p->zoom = 1;
     p->enlarged = face->zoom ? face->zoom(face->owner, 0) : 1;
     p->level = FLOOR_DB;
+    p->coils = -1;
+    if (face->stopped) p->stop = face->stopped(face->owner); /* of an earlier window */
+    p->stopped = -INFINITY;
     p->shapes = calloc(LB_LOOKS, sizeof *p->shapes);
     p->sines = calloc((size_t)DRAWN * STRIDE / 4, sizeof *p->sines);
     if (!p->shapes || !p->sines) {
@@ -75,6 +78,19 @@ static void tell_load(lb_picture *p) {
     p->shown_load = look_of(p)->strings ? look_of(p)->load : 0;
 }
 
+/* Says in place of the title why a slider has stopped; the side view says more. */
+static void tell_stop(lb_picture *p) {
+    if (!p->face.stopped) return;
+    const lb_stop now = p->face.stopped(p->face.owner);
+    if (now.count == p->stop.count) return;
+    const char *string = lb_note_name(now.fault.open);
+    const char *name = now.parameter < LB_PARAMETERS ? lb_parameters[now.parameter].name : "The neck";
+    if (now.fault.fret > 0) snprintf(p->notice, sizeof p->notice, "%s stops: fret %d meets string %s", name, now.fault.fret, string);
+    else snprintf(p->notice, sizeof p->notice, "%s stops: the board meets string %s", name, string);
+    p->stop = now;
+    p->noticed = p->stopped = p->seconds;
+}
+
 static int moves_value(const part *q) { return lb_kinds[q->kind].pointer == LB_POINTER_ACROSS; }
 
 /* Ends what the pointer holds. */
@@ -107,6 +123,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value_of(p, k);
     p->own = p->face.own ? p->face.own(p->face.owner) : 0;
     if (p->face.song) p->face.song(p->face.owner, &p->song);
+    tell_stop(p);
     lb_area changed = {0, 0, 0, 0};
     int all = 0;
     if (p->laid_out != lb_layout_state(p)) {

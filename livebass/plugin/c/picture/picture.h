@@ -69,6 +69,9 @@ typedef struct {
     /* The song, and what a hand does with it: LB_ROLL ... 0: this window has none. */
     void (*song)(lb_instance *, lb_song_view *);
     void (*steer)(lb_instance *, int what);
+    /* Why sliders have stopped last, and its fault as a clause. 0: this window does not tell. */
+    lb_stop (*stopped)(const lb_instance *);
+    size_t (*fault)(const lb_fault *, char *text, size_t);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 

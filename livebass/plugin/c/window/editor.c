@@ -56,10 +56,26 @@ void lb_allowed_size(double scale, int *width, int *height) {
 
 /* --- of an instance --- */
 
+/* Tells the host which values have changed. */
+static void tell_changes(lb_instance *i, const double before[LB_PARAMETERS]) {
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)
+            lb_put_move(&i->moves, k, phase, lb_value(i, k));
+    i->moved(i->owner);
+}
+/* The plugin, in another process, cannot move its ports: this window does. */
+static void stop_sliders(lb_instance *i) {
+    double before[LB_PARAMETERS];
+    lb_read_values(i, before);
+    lb_stop_sliders(i);
+    tell_changes(i, before);
+}
+
 static void set(lb_instance *i, int parameter, double value, int phase) {
     if (parameter == LB_BASS) *i->window.sound = 0; /* a bass is chosen, not a sound */
     if (phase == LB_BEGIN) lb_keep_values(i);
     lb_move_value(i, parameter, value, phase);
+    if (phase == LB_END && i->there && lb_is_slider(parameter)) stop_sliders(i);
 }
 static void note(lb_instance *i, int on, int string, int key, double velocity) {
     lb_put_touch(&i->touches, on, string, key, velocity);
@@ -73,13 +89,6 @@ static const lb_switch *switched(const lb_instance *i, int key) {
     return lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key);
 }
 
-/* Tells the host which values have changed. */
-static void tell_changes(lb_instance *i, const double before[LB_PARAMETERS]) {
-    for (int k = 0; k < LB_PARAMETERS; k++)
-        for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)
-            lb_put_move(&i->moves, k, phase, lb_value(i, k));
-    i->moved(i->owner);
-}
 static void undo(lb_instance *i) {
     double before[LB_PARAMETERS];
     lb_read_values(i, before);
@@ -158,7 +167,7 @@ lb_face lb_face_of(lb_instance *i) {
                      .is_own = lb_sound_is_own, .save = lb_save_sound, .load = load, .remove = lb_remove_sound,
                      .response = lb_response_title, .responses = responses, .response_name = response_name,
                      .respond = respond, .zoom = zoom, .paste = paste, .drop = drop, .song = lb_view_song,
-                     .steer = lb_steer_song};
+                     .steer = lb_steer_song, .stopped = lb_last_stop, .fault = lb_fault_to_text};
 }
 
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {
