@@ -10,6 +10,7 @@ import "../audio/recording.js";
 import "../audio/response.js";
 import "../audio/midi.js";
 import "../neck/clip.js";
+import "../neck/pull.js";
 import "./inside.js";
 import {showSavedBass} from "../bench/bass.js";
 import {makeBench, takeLink} from "../bench/benchview.js";
