@@ -5,7 +5,7 @@ import {contactsOf, tell} from "./line.js";
 import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {SHOWN} from "./see.js";
-import {hearBy} from "../audio/sounds.js";
+import {hearBy, hush} from "../audio/sounds.js";
 import {state} from "../pages/state.js";
 import {see} from "./view.js";
 import {workshop} from "../audio/workshop.js";
@@ -147,6 +147,12 @@ export function showButtons() {
 const failed = (/** @type {Error} */ error) => say(`The note cannot be repeated: ${error.message}`);
 $("again").onclick = () => busy($("again"), showAgain()).catch(failed);
 $("same").onclick = () => hearBy($("same"), showSame).catch(failed);
+
+// Plays the same pluck on the bass as it is now; what is heard ends.
+export function playSame() {
+  hush();
+  return hearBy($("same"), showSame);
+}
 
 $("now").onclick = backToNow;
 $("slow").oninput = saySlowness;

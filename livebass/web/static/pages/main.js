@@ -12,6 +12,7 @@ import "../audio/midi.js";
 import "../neck/clip.js";
 import "../neck/pull.js";
 import "./inside.js";
+import "../bench/one.js";
 import {showSavedBass} from "../bench/bass.js";
 import {makeBench, takeLink} from "../bench/benchview.js";
 import {showLinked} from "./cases.js";
