@@ -860,7 +860,7 @@ def test_axe_finds_nothing(page: Any, scheme: str) -> None:
         way(page, "Vibrato").click()
         chain(page).key_down("k").key_down("e").perform()
         hear(page)
-        page.execute_script("player.node.port.onmessage = null; $('overload').hidden = false")
+        page.execute_script("player.node.port.onmessage = null; $('overload').hidden = $('later').hidden = false")
         check()
         chain(page).key_up("e").key_up("k").perform()
 
