@@ -250,7 +250,7 @@ def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]
     return [
         {
             "symbol": name,
-            "title": f"Case {name.upper()}",
+            "title": CASES[name].title.removeprefix("Case "),
             "apex": CASES[name].apex,
             "place": CASES[name].position,
             "width": bass.player.rounding,

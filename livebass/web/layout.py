@@ -26,7 +26,7 @@ from livebass.kernels.string import frets, records
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE, NOTE
-from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, STRING, VOICE
+from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, SLOT, STRING, VOICE, WORK
 from livebass.kernels.string.reports import REPORTS, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
@@ -44,7 +44,8 @@ from livebass.rows.techniques import (
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
-    "REPORTS": REPORTS, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING, "NOTE": NOTE,
+    "SLOT": SLOT, "WORK": WORK, "REPORTS": REPORTS, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
+    "NOTE": NOTE,
     "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL, "SMF": score.SMF, **score.ROWS,
     "SCORE": memory.SCORE, "LISTED": memory.LISTED, "PLAYED": memory.PLAYED, "FITTING": low_keys.FITTING,
 }  # fmt: skip

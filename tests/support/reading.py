@@ -13,7 +13,7 @@ import numpy as np
 
 from livebass.kernels.score.smf import FOREIGN
 from livebass.model.instrument import Instrument
-from livebass.score.low_keys import with_low_notes
+from livebass.score.low_keys import with_low_notes, without_foreign_switches
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import MIN_RATE
 from livebass.score.sentences import ERRORS
@@ -32,6 +32,7 @@ export const run = (instance, files, bass, rate, coarse, fields) => files.map(fi
     const parts = new Song(data, coarse, kernels).partsOn(bass);
     return {
       refused: rows.length ? "" : "no bass notes", remarks: song.remarks, end: song.found("end"),
+      left: song.fitted(AUTO, bass).leftOut,
       messages: Array.from({length: rows.length / 4}, (_, k) => [...rows.subarray(4 * k, 4 * k + 4)]),
       parts: parts.map(({drums, programs, banks, ...part}) =>
         [...fields.map(name => part[name]), drums, programs.join(), banks.join()]),
@@ -53,6 +54,7 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
         frames = score.frames.astype(np.int32).tolist()  # the page has no more bits
         found["messages"] = [[f, *m] for f, m in zip(frames, score.messages.tolist(), strict=True)]
         found |= {"remarks": [re.sub("; --.*", "", line) for line in score.remarks], "end": score.file_end}
+        found["left"] = without_foreign_switches(read_score(file, RATE).on_one_bass(), bass).left_out
     except ScoreError as error:
         text = str(error).removeprefix(f"{file}: ")
         if re.fullmatch("is an? .*, not a MIDI file.*", text):  # of which kind, only Python says

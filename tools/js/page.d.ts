@@ -6,21 +6,21 @@ type ControlName = "gain" | "tone" | "blend" | "pluck_position" | "velocity_curv
   | "humanise_time" | "humanise_force" | "compression" | "drive"
   | "clean_blend" | "eq_bass" | "eq_low_mid" | "eq_low_mid_frequency" | "eq_high_mid" | "eq_high_mid_frequency"
   | "eq_treble" | "cabinet" | "limiter";
-type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
+type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "pull" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "newer" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
-type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
+type Inputs = ControlName | "pull-place" | "pull-apex" | "pull-angle" | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
-type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
+type Others = "one-bar" | "one-row" | `bench-${string}` | "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "tab" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "transport" | "song-text" | "bench"
   | "bench-count" | "stories" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
-  | "recorded" | "recorded-text" | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
+  | "recorded" | "recorded-text" | "said" | "pull-place-text" | "pull-apex-text" | "pull-angle-text" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
 
 interface GetElement {
   (id: Buttons | `slot-${string}`): HTMLButtonElement;
   (id: Inputs): HTMLInputElement;
-  (id: "bass" | "part"): HTMLSelectElement;
+  (id: "bass" | "part" | "one"): HTMLSelectElement;
   (id: Canvases): HTMLCanvasElement;
   (id: "bench-fold"): HTMLDetailsElement;
   (id: Others): HTMLElement;
@@ -271,8 +271,37 @@ interface SeenNote {
   wasReported?: boolean;
 }
 
-interface KeptNote extends MadeBass {
-  recalled: any; // what Engine.recall returned
+interface KeptNote extends Omit<MadeBass, "heights"> {
+  heights: Record<number, number[]>; // of each string's crowns
+  recalled?: any; // what Engine.recall returned
+  pulled?: Pull;
+}
+
+// A string that a hand holds, and lets go of
+interface Pull {
+  string: number;
+  fret: number;
+  place: number; // m from the stop
+  apex: number; // m; below 0: towards the frets
+  angle: number; // rad, from away from the neck to across it
+}
+
+// What Engine.hold returned, and what the player can
+interface HeldString {
+  length: number; // m
+  weights: Float64Array; // of each mode
+  hardest?: {apex: number, place: number}; // m, of the hardest pluck
+  farthest: number; // m
+}
+
+interface HeldShape {
+  string: number;
+  fret: number;
+  length: number; // m
+  u: Float32Array; // m, at the steps of a drawn string
+  v: Float32Array;
+  place: number; // m from the stop, of the hand ...
+  height: number; // ... and m over the open string's rest line
 }
 
 // --- what is played ---

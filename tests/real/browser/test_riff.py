@@ -66,10 +66,31 @@ def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> N
     link = wait(lambda: browser.execute_script("return window.copied"))
     assert f"&moment=0.31.127.{1000 * moment:.0f}" in link
     check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
+    assert "rang" not in link
     open_page(browser, f"{whole}#{link}")
     wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
+    hits = browser.execute_script("return see.replay.hits.length")
+    assert browser.find_element("id", "seen").text == f"A friend's note: {hits} contacts."
     shown, after = browser.execute_async_script(DRAWN)
     assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
     assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm
     open_page(browser, f"{whole}#like=jazz-finger&moment=9.31.127.5")
     wait(lambda: "the link's moment is not shown" in browser.find_element("id", "said").text.lower())
+
+
+def test_a_moment_of_a_string_that_still_rang_says_that_it_plays_alone(browser: Any, whole: str) -> None:
+    open_sounding(browser, whole)
+    for note in (28, 31):
+        browser.execute_script("kept.note = undefined; press('test', arguments[0], 127, performance.now())", note)
+        wait(lambda: browser.execute_script("return kept.note"))
+        browser.execute_script("release('test')")
+    browser.execute_script("$('again').click()")
+    wait(lambda: browser.execute_script("return kept.replay && see.replay === kept.replay"))
+    browser.execute_script("$('link').click()")
+    link = wait(lambda: browser.execute_script("return window.copied"))
+    assert "&rang=1" in link
+    assert "the string still rang" in browser.find_element("id", "said").text
+    check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
+    open_page(browser, f"{whole}#{link}")
+    wait(lambda: "A friend's note" in browser.find_element("id", "seen").text)
+    assert "It plays alone, from rest" in browser.find_element("id", "seen").text

@@ -8,6 +8,8 @@ const CONTACTS = 512; // that a string keeps until they are taken
 const EVENTS = 256; // that a string received since it was still
 // Of a string at rest: its clock, and what the player set; all else is the bass's
 const KEPT = ["frame", "step", "still", "bend", "tuned", "tone_wanted", "blend_wanted", "idle"];
+const GOLDEN = (Math.sqrt(5) - 1) / 2; // part of the length at which no mode has a node
+const HELD = 2 ** 30; // frames of a pull that does not end
 export const pieces = bytes => Math.ceil(bytes / PIECE) * PIECE;
 
 export class Engine extends Kernels {
@@ -170,14 +172,14 @@ export class Engine extends Kernels {
   }
 
   // Returns all that string `i` received since it was still, to repeat its motion: its REPORTS and events, their number,
-  // and the last note's frame and fret; undefined: there were no events, or more than are kept.
+  // the number of notes, and the last note's frame; undefined: there were no events, or more than are kept.
   recall(bass, i) {
     const voice = this.voice(bass, i), count = this.get("VOICE", voice, "report_count"), notes = [];
     if (!count || count > EVENTS) return undefined;
     this.takeNotesOf(bass, i, 0, notes);
     const at = this.get("VOICE", voice, "reports"), size = RECORDS.REPORTS.bytes + count * RECORDS.EVENT.bytes;
     if (!notes.length) return undefined;
-    return {reports: this.memory.buffer.slice(at, at + size), count, string: i, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
+    return {reports: this.memory.buffer.slice(at, at + size), count, string: i, notes: notes.length / 3, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
   }
 
   // Repeats a string's motion on `bass`, a new one, from the data of `recall`, from `before` frames before its last
@@ -215,6 +217,46 @@ export class Engine extends Kernels {
     const event = this.add(RECORDS.EVENT.bytes);
     this.fill("EVENT", event, {kind: N.PLUCK, apex, place, width});
     return this.motion(bass, 0, event, 1, this.get("VOICE", this.voice(bass, 0), "pull"), before, frames, heard);
+  }
+
+  // Lets go of string `string` of `bass`, a new one, that a hand holds at rest, as livebass simulate does: `apex` (m; below
+  // 0: towards the frets) at `place` (m from the stop at `fret`), `angle` (rad) from away from the neck to across it.
+  // Returns the same as `motion`, from the release on.
+  letGo(bass, {string, fret, apex, place, angle}, {before, frames, heard}) {
+    const voice = this.voice(bass, string), event = this.add(RECORDS.EVENT.bytes);
+    this.fill("VOICE", voice, {pull: 0, follow: 0, angle: 0});
+    this.fill("EVENT", event, {kind: N.PLUCK, string, fret, apex, place, angle});
+    return this.motion(bass, string, event, 1, this.get("VOICE", voice, "frame"), before, frames, heard);
+  }
+
+  // How the shape of string `string`, stopped at `fret`, of `bass`, a new one, follows a hand that holds it: its `length`
+  // (m), and the weight of each mode. Held `a` (m) at `p` (m from the stop), mode j has the amplitude
+  // a / (p (length - p)) weights[j - 1] sin(j pi p / length).
+  hold(bass, string, fret) {
+    const board = this.get("BASS", bass, "frets") + 1, at = this.get("BASS", bass, "string", string);
+    const ops = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * board * string;
+    const op = ops + RECORDS.OPERATOR.bytes * fret, length = this.get("OPERATOR", op, "length"), place = GOLDEN * length;
+    const voice = this.voice(bass, string), event = this.add(RECORDS.EVENT.bytes);
+    this.fill("VOICE", voice, {pull: HELD, angle: 0});
+    this.fill("EVENT", event, {kind: N.PLUCK, string, fret, apex: 1, place});
+    this.x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(event), 1n, this.soundAddress, 0n, 1n);
+    const slot = at + RECORDS.STRING.fields.slots[0] + RECORDS.SLOT.bytes * this.get("VOICE", voice, "slot");
+    const held = slot + RECORDS.SLOT.fields.u[0], modes = this.get("OPERATOR", op, "modes");
+    const weights = Float64Array.from({length: modes}, (_, j) =>
+      this.get("WORK", held, "held", j) * place * (length - place) / Math.sin((j + 1) * Math.PI * GOLDEN));
+    return {length, weights};
+  }
+
+  // The hardest pluck that the player of `bass` gives `note` on string `string`, which `hold` holds: its apex and place
+  // (m); of a player who strikes, undefined.
+  hardest(bass, string, note, rate) {
+    const found = this.perform(bass, {string, note, velocity: 127}, rate), voice = this.voice(bass, string);
+    for (let k = (found?.count || 0) - 1; k > 0; k--) { // the first event is that of `hold`
+      const event = this.get("VOICE", voice, "reports") + RECORDS.REPORTS.bytes + k * RECORDS.EVENT.bytes;
+      if (this.get("EVENT", event, "kind") !== N.PLUCK) continue;
+      return {apex: this.get("EVENT", event, "apex"), place: this.get("EVENT", event, "place")};
+    }
+    return undefined;
   }
 
   // Plays `count` events, at the address `events`, on string `string` of `bass`. From `before` frames before `frame` to

@@ -52,9 +52,9 @@ function warm(bass, rate, ms) {
   }
 }
 
-// Makes a motion on a new bass: a string's last note again, a note that somebody would play, or a pluck of the first
-// string without a player.
-function move({id, file, tier, rate, response, recalled, performed, pluck, before, frames, heard, changed}) {
+// Makes a motion on a new bass: a string's last note again, a note that somebody would play, a string that a hand pulled,
+// or a pluck of the first string without a player.
+function move({id, file, tier, rate, response, recalled, performed, pluck, pulled, before, frames, heard, changed}) {
   const fresh = () => {
     engine.clear();
     return engine.build(file, tier, rate, engine.home, response);
@@ -63,6 +63,8 @@ function move({id, file, tier, rate, response, recalled, performed, pluck, befor
   let made;
   if (pluck) {
     made = engine.pluck(bass, pluck, how);
+  } else if (pulled) {
+    made = engine.letGo(bass, pulled, how);
   } else if (recalled) {
     made = engine.again(bass, recalled, how);
   } else {
@@ -71,6 +73,15 @@ function move({id, file, tier, rate, response, recalled, performed, pluck, befor
     made = engine.again(fresh(), found, how);
   }
   answer({id, built: made}, [made.rows.buffer, made.across.buffer, made.slots.buffer, made.sound.buffer]);
+}
+
+// Returns what a hand needs to pull a string: as `hold` of the engine, with the player's hardest pluck and farthest pull
+// (m).
+function hold({hold: {string, fret, note}, file, tier, rate}) {
+  engine.clear();
+  const bass = engine.build(file, tier, rate, engine.home), held = engine.hold(bass, string, fret);
+  const farthest = engine.get("PERFORMER", engine.get("BASS", bass, "performer"), "player.greatest_apex");
+  return {...held, farthest, hardest: engine.hardest(bass, string, note, rate)};
 }
 
 // Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
@@ -120,8 +131,12 @@ onmessage = ({data}) => {
     taken.delete(data.free);
   } else {
     try {
-      if (data.recalled || data.performed || data.pluck) {
+      if (data.recalled || data.performed || data.pluck || data.pulled) {
         move(data);
+        return;
+      }
+      if (data.hold) {
+        answer({id: data.id, built: hold(data)});
         return;
       }
       if (data.change) {

@@ -2,7 +2,7 @@
 // (worker.js).
 const MAX_UNDONE = 100;
 export const SLOTS = ["A", "B"];
-const BESIDES = ["riff", "stroke", "moment", "made", "revision"]; // what else a link says (share.js)
+const BESIDES = ["riff", "stroke", "moment", "rang", "pulled", "made", "revision"]; // what else a link says (share.js)
 const FORMAT = 1; // of links and presets
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;

@@ -13,7 +13,9 @@ import {see} from "../neck/view.js";
 const GROUPS = ["Neck", "Strings", "Pickups", "Hand"];
 const HOLD_TO_RESET = 600; // ms
 const LONGEST_COPY = 250; // ms that the next bass waits for the last one to reach the audio thread
-const WIDE = "(min-width: 46.01rem)"; // here the bench is open at first
+const WIDE = "(min-width: 46.01rem) and (min-height: 26.01rem)"; // here the bench is open at first
+export const PHONE = "(max-width: 46rem), (max-height: 26rem)"; // here it is not, and one of its sliders is in sight
+export const shown = {also: () => {}}; // called when the sliders of another bass are there
 export const PRESET = /\.toml$/i; // names of files for takePreset
 export const benches = new Map(); // by the name of their bass
 export const bench = () => benches.get($("bass").value);
@@ -51,6 +53,7 @@ export function makeBench() {
 // Shows the chosen bass's sliders.
 export function showBench() {
   $("bench").hidden = !bench();
+  $("one-row").replaceChildren();
   $("bench-controls").replaceChildren();
   if (!bench()) return;
   for (const group of GROUPS) {
@@ -58,6 +61,7 @@ export function showBench() {
     if (!rows.length) continue;
     $("bench-controls").append(make("fieldset", {}, make("legend", {textContent: group}), ...rows.map(makeSlider)));
   }
+  shown.also();
   showValues();
 }
 
@@ -101,7 +105,7 @@ function benchText(symbol, value) {
 
 function showValues() {
   const b = bench(), count = Object.keys(b.values).length;
-  for (const slider of $("bench-controls").querySelectorAll("input")) {
+  for (const slider of /** @type {NodeListOf<HTMLInputElement>} */ ($("bench").querySelectorAll("input[data-symbol]"))) {
     const {symbol = ""} = slider.dataset, row = /** @type {HTMLElement} */ (slider.parentElement), value = b.value(symbol), changed = symbol in b.values;
     if (document.activeElement !== slider || Math.abs(+slider.value - value) > +slider.step / 2 + 1e-9) slider.value = String(value);
     row.classList.toggle("changed", changed);

@@ -49,6 +49,7 @@ export class Pictures {
     this.bins = new Float32Array(0); // of the spectrum
     /** @type {Float32Array[]} */
     this.both = []; // of the recorded and the computed note
+    this.side = {x: (/** @type {number} */ place) => place, length: 1, above: 0, metre: 1, dpr: 1}; // how it was drawn
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
@@ -92,8 +93,8 @@ export class Pictures {
     if (this.both.length && shown(this.canvases.both)) this.drawLevels(this.canvases.both, colour, this.both, [colour.other, colour.accent]);
   }
 
-  // Motion is drawn, except where it is not wanted and nobody asked for a replay.
-  get moves() { return !this.still.matches || this.see.replay !== undefined; }
+  // Motion is drawn, except where it is not wanted and nobody asked for a replay or holds a string.
+  get moves() { return !this.still.matches || this.see.replay !== undefined || this.see.held !== undefined; }
 
   // --- the neck, from above ---
 
@@ -187,6 +188,7 @@ export class Pictures {
     const lowest = Math.min(...s.heights, ...see.other?.heights || []), above = 1.15 * see.reach.above + 0.1 * MM;
     const below = Math.min(1.1 * see.reach.below, lowest - 0.25 * MM);
     const y = height => (h - foot) * (above - height) / (above - below);
+    if (this.canvases.side.isConnected) this.side = {x, length: s.length, above, metre: (h - foot) / (above - below), dpr};
     g.font = `${11 * px}px system-ui, sans-serif`;
     g.textBaseline = "middle";
     this.drawHeights(g, colour, y, below / MM, above / MM, x(0) - 12 * px, w, px);
@@ -198,8 +200,13 @@ export class Pictures {
       g.strokeStyle = tint;
       g.lineWidth = 2 * px;
       g.beginPath();
-      for (let k = 0; k <= POINTS; k++) g.lineTo(x(s.length - length + length * k / POINTS), y(u[k]));
+      const {held} = see, grip = held && POINTS * held.place / length;
+      for (let k = 0; k <= POINTS; k++) {
+        g.lineTo(x(s.length - length + length * k / POINTS), y(u[k]));
+        if (held && grip !== undefined && k <= grip && grip < k + 1) g.lineTo(x(s.length - length + held.place), y(held.height));
+      }
       g.stroke();
+      if (held) this.drawHand(g, colour, x(s.length - length + held.place), y(held.height), px);
       if (fret) this.drawFinger(g, colour, x(s.length - length), y(u[0]), x(0), px);
     };
     let drawn = false;
@@ -304,6 +311,32 @@ export class Pictures {
     g.ellipse(x - wide - 2 * px, y - 6 * px, wide, 6 * px, 0, 0, 2 * Math.PI);
     g.fill();
     g.globalAlpha = 1;
+  }
+
+  // The hand that pulls the string.
+  drawHand(g, colour, x, y, px) {
+    g.fillStyle = colour.accent;
+    g.beginPath();
+    g.arc(x, y, 5 * px, 0, 2 * Math.PI);
+    g.fill();
+  }
+
+  // The place (m from the nut) and the height (m) of a point of the side view as drawn last, in CSS px.
+  sideAt(x, y) {
+    const {x: along, length, above, metre, dpr} = this.side;
+    let [low, high] = [0, length];
+    for (let k = 0; k < 40; k++) {
+      const middle = (low + high) / 2;
+      if (along(middle) < x * dpr) low = middle;
+      else high = middle;
+    }
+    return {place: low, height: above - y * dpr / metre};
+  }
+
+  // The point of the side view, in CSS px, for a place and a height.
+  sidePoint(place, height) {
+    const {x, above, metre, dpr} = this.side;
+    return {x: x(place) / dpr, y: (above - height) * metre / dpr};
   }
 
   // --- the last note and the spectrum ---

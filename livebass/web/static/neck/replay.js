@@ -5,7 +5,7 @@ import {contactsOf, tell} from "./line.js";
 import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {SHOWN} from "./see.js";
-import {hearBy} from "../audio/sounds.js";
+import {hearBy, hush} from "../audio/sounds.js";
 import {state} from "../pages/state.js";
 import {see} from "./view.js";
 import {workshop} from "../audio/workshop.js";
@@ -23,6 +23,12 @@ async function keep(/** @type {SeenNote} */ {string, of}) {
   if (made.name === chosenBass().name) kept.note = {...made, recalled};
 }
 
+// Keeps a pull, with its replay, as the last note.
+export function keepPull(/** @type {KeptNote} */ note, /** @type {Replay} */ replay) { Object.assign(kept, {note, replay}); }
+
+// What the worker repeats of a note.
+const repeated = (/** @type {KeptNote} */ {recalled, pulled}) => pulled ? {pulled} : {recalled};
+
 export function forget() { kept.note = undefined; }
 
 /**
@@ -39,9 +45,9 @@ export function move(what, file) {
 
 // The last note, or undefined with a word why.
 function lastNote() {
-  if (kept.note && !kept.note.recalled)
+  if (kept.note && !kept.note.recalled && !kept.note.pulled)
     say("This string has rung through too many notes to repeat the last one. Let it fall silent, then play.");
-  return kept.note?.recalled ? kept.note : undefined;
+  return kept.note?.recalled || kept.note?.pulled ? kept.note : undefined;
 }
 
 async function showAgain() {
@@ -50,17 +56,17 @@ async function showAgain() {
     return;
   }
   const note = lastNote();
-  if (note) kept.replay = showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
+  if (note) kept.replay = showSlowly(await move({...repeated(note), response: note.response}, note.file));
 }
 
 // Shows the same pluck on the bass as it is now, with the note that was played beside it; returns both sounds.
 async function showSame() {
   const note = lastNote();
   if (!note) return [];
-  const {recalled} = note, file = await player.fileOf(note.name);
+  const what = repeated(note), file = await player.fileOf(note.name);
   await player.sound();
-  const before = await move({recalled, response: note.response}, note.file);
-  const now = await move({recalled, response: player.response, changed: true}, file);
+  const before = await move({...what, response: note.response}, note.file);
+  const now = await move({...what, response: player.response, changed: true}, file);
   showSlowly(now, {...before, heights: note.heights[before.string]});
   const [old, fresh] = [see.other, see.replay].map(replay => contactsOf(replay?.hits.length || 0));
   tell(`The same pluck, in its first ${SHOWN.after} s: ${old} before, ${fresh} now.`);
@@ -141,6 +147,13 @@ export function showButtons() {
 const failed = (/** @type {Error} */ error) => say(`The note cannot be repeated: ${error.message}`);
 $("again").onclick = () => busy($("again"), showAgain()).catch(failed);
 $("same").onclick = () => hearBy($("same"), showSame).catch(failed);
+
+// Plays the same pluck on the bass as it is now; what is heard ends.
+export function playSame() {
+  hush();
+  return hearBy($("same"), showSame);
+}
+
 $("now").onclick = backToNow;
 $("slow").oninput = saySlowness;
 $("moment").oninput = () => {

@@ -39,6 +39,8 @@ export class See {
     this.other = undefined; // the same pluck on another bass, beside the replay
     /** @type {SeenNote} */
     this.live = {string: 0, contacts: []}; // the last note that was played, while a replay is shown
+    /** @type {HeldShape | undefined} */
+    this.held = undefined; // the string in a hand
     /** @type {{frame: number, buffer: ArrayBuffer}[]} */
     this.sights = []; // the oldest first
     /** @type {Hit[]} */
@@ -60,7 +62,7 @@ export class See {
     this.sights.length = this.waiting.length = this.plucks.length = 0;
     this.flashes.clear();
     this.begin(this.live = {string: 0, contacts: []});
-    this.view = undefined;
+    this.view = this.held = undefined;
   }
 
   // A note begins.
@@ -100,11 +102,12 @@ export class See {
       this.drawReplay(this.replay, this.replay.at, draw);
       return;
     }
+    if (this.held) draw(this.held);
     if (!this.view) return;
     const {buffer} = this.view, {fields} = this.slot;
     for (let string = 0; string < this.bass.strings.length; string++)
       for (let index = 0; index < 2; index++) {
-        if (!this.read(string, index, "on")) continue;
+        if (string === this.held?.string || !this.read(string, index, "on")) continue;
         const at = this.slotAt(string, index), read = name => this.read(string, index, name);
         const [u, v] = ["u", "v"].map(name => new Float32Array(buffer, at + fields[name][0], this.seen));
         const [fret, length, stop, aside, modes] = ["fret", "length", "stop", "stop_across", "modes"].map(read);
@@ -221,14 +224,36 @@ export class See {
     }
   }
 
+  // --- a string in a hand ---
+
+  // A hand takes a string that it can pull to `highest` (m): the picture keeps that room until another note is shown.
+  grasp(string, fret, highest) {
+    this.begin({string, fret, contacts: []});
+    this.reach.above = highest;
+  }
+
+  // The hand holds it like this.
+  hold(/** @type {HeldShape} */ held) {
+    this.held = held;
+    this.needed = true;
+  }
+
+  // The hand leaves it where it was.
+  drop() {
+    this.held = undefined;
+    this.begin(this.live);
+  }
+
   // --- replay of the last note ---
 
   // Shows a motion made by `Engine.again`, from its first frame on; `other`, if any, beside it, over crowns of its own.
   show(/** @type {Motion} */ made, /** @type {Motion | undefined} */ other) {
-    const replay = this.replay = this.replayOf(made);
+    const replay = this.replay = this.replayOf(made), room = this.held && this.reach;
     this.other = other && this.replayOf(other);
+    this.held = undefined;
     const {string, frame, hits} = replay, [, , fret] = replay.slots.subarray(4 * (frame - replay.first));
     this.begin({string, fret, frame, contacts: hits.filter(hit => hit.frame >= frame), wasReported: true, wasKept: true});
+    if (room) this.reach = room;
     for (const one of [replay, this.other])
       for (let k = 0; one && k < one.length; k += SOME) this.drawReplay(one, k, shape => this.measure(shape));
     this.flashes.clear();
@@ -266,7 +291,7 @@ export class See {
   get moment() { return this.replay ? 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate : 0; }
 
   leave() {
-    this.replay = this.other = undefined;
+    this.replay = this.other = this.held = undefined;
     this.flashes.clear();
     this.begin(this.live);
   }

@@ -11,6 +11,7 @@ import * as neck from "../neck/neck.js";
 import * as opening from "./opening.js";
 import * as page from "./page.js";
 import * as player from "../audio/player.js";
+import * as pull from "../neck/pull.js";
 import * as replay from "../neck/replay.js";
 import * as riff from "../score/riff.js";
 import * as share from "./share.js";
@@ -25,7 +26,7 @@ import * as workshop from "../audio/workshop.js";
 
 const inside = {
   ...bass, ...benchview, ...cases, ...controls, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
-  ...player, ...replay, ...riff, ...share, ...songs, ...sounds, ...story, ...state,
+  ...player, ...pull, ...replay, ...riff, ...share, ...songs, ...sounds, ...story, ...state,
   ...techniques, ...transport, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

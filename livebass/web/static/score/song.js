@@ -169,18 +169,19 @@ export class Song {
     for (const key of keys) table[key] = 1;
   }
 
-  // The messages of a value of `choices` for `bass`, without program changes: their address and number, and the number of
-  // low notes that were raised.
+  // The messages of a value of `choices` for `bass`, without program changes: their address and number, the number of
+  // another instrument's key switches that were left out, and of low notes that were raised.
   fitted(which, bass) {
     this.choose(which);
     const {kernels, fitting} = this, at = this.found("played"), count = this.withoutPrograms(at);
-    if (this.take || !count) return {at, count, raised: 0};
+    if (this.take || !count) return {at, count, leftOut: 0, raised: 0};
     this.putSwitches(bass.switches);
     kernels.fill("FITTING", fitting, {
       rows: at, count, rate: this.rate, lowest: bass.range[0], highest: bass.range[1], switches: this.switches,
       end: kernels.get("PLAYED", at + (count - 1) * RECORDS.PLAYED.bytes, "frame"), memory: this.workspace,
     });
-    return {at, count: this.call("leave_switches", fitting), raised: this.call("raise_notes", fitting)};
+    const left = this.call("leave_switches", fitting), leftOut = kernels.get("FITTING", fitting, "left_out");
+    return {at, count: left, leftOut, raised: this.call("raise_notes", fitting)};
   }
 
   // Drops the program changes among the messages at an address; returns how many are left.

@@ -8,7 +8,7 @@ import {closeTab, isTab, openTab} from "./tab.js";
 import {Transport} from "./transport.js";
 import {WORDS} from "../words.js";
 
-const opened = {name: ""}; // of the last file that could be read; "": none
+const opened = {name: "", lines: /** @type {string[]} */ ([])}; // the last file that could be read, "": none; what its song says
 
 // Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
@@ -21,8 +21,16 @@ export async function openSong(/** @type {File} */ file) {
   $("roll").disabled = $("loop").disabled = $("transport").hidden = false;
   transport.open(song.bars(), song.length);
   const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
-  const lines = [`${file.name}, ${minutes}:${seconds}: ${song.says()}`, ...song.remarks];
-  $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
+  opened.lines = [`${file.name}, ${minutes}:${seconds}: ${song.says()}`, ...song.remarks];
+  saySong();
+}
+
+// Says what the song is, and what of its chosen part the present bass leaves out.
+function saySong() {
+  if (!state.song) return;
+  const {leftOut: count} = state.song.fitted($("part").value, chosenBass());
+  const left = count ? [`${count} key switch${count === 1 ? "" : "es"} of another instrument left out`] : [];
+  $("song-text").textContent = [...opened.lines, ...left].map(line => `${line}.`).join("\n");
 }
 
 // Takes the song off the page: a tablature has come in its place.
@@ -62,7 +70,10 @@ const messages = () => state.song?.messages($("part").value, chosenBass()) ?? ne
 const transport = new Transport({messages, quiet: () => player.change({panic: true})}, $("roll"), $("loop"));
 $("transport").append(transport.back, transport.next, transport.where, ...transport.labels);
 
-export const putPart = () => transport.replace();
+export const putPart = () => {
+  saySong();
+  transport.replace();
+};
 
 $("song-file").accept += `,${WORDS.endings.midi}`;
 $("open").onclick = () => $("song-file").click();
