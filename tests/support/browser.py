@@ -172,8 +172,8 @@ def start_sound(driver: Any) -> None:
 
 
 def stop_clock(driver: Any) -> None:
-    """Opens the page anew with an audio thread whose clock stands: on any machine it sees no load, relieves no string."""
-    source = "const add = AudioWorklet.prototype.addModule; AudioWorklet.prototype.addModule = async function (address) {"
+    """Opens the page anew with an audio thread whose clock stands: on any machine it sees no load."""
+    source = "const own = AudioWorklet.prototype, add = own.addModule; own.addModule = async function (address) {"
     source += " await add.call(this, 'data:text/javascript,Date.now = () => 0'); return add.call(this, address); }"
     added = driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
     driver.refresh()

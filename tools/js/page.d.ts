@@ -271,7 +271,7 @@ interface SeenNote {
   wasReported?: boolean;
 }
 
-interface KeptNote extends Omit<MadeBass, "heights"> {
+interface KeptNote extends Omit<MadeBass, "heights" | "rests"> {
   heights: Record<number, number[]>; // of each string's crowns
   recalled?: any; // what Engine.recall returned
   pulled?: Pull;

@@ -101,7 +101,8 @@ static void draw_crown(lb_picture *p, const side *v, int k) {
 int lb_pickup_slider(int pickup) { return pickup ? LB_PICKUP_2_PLACE : LB_PICKUP_1_PLACE; }
 
 double lb_pickup_place(const lb_picture *p, int k) {
-    const double place = p->own ? p->own->place[k] : NAN;
+    if (!p->own) return NAN;
+    const double place = p->own->place[k];
     const double moved = place + p->values[LB_PICKUP_PLACE] + p->values[lb_pickup_slider(k)];
     return isnan(place) ? NAN : fmax(fmin(moved, p->own->farthest[k]), p->own->nearest[k]);
 }
