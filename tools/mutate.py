@@ -56,7 +56,7 @@ OWN = {  # tests that go first, by a mutant's file; by its room, if they are out
     "string/answers.py": "tests/unit/engine/string/test_answering.py",
     "string/handover.py": "tests/unit/engine/string/test_handover.py",
     "string/tension.py": "tests/unit/engine/string/test_tension.py",
-    "string/touch.py": "tests/unit/engine/hands/test_touch.py",
+    "string/touch.py": "tests/unit/engine/string/test_fingertips.py",
     "string/turning.py": "tests/unit/engine/string/test_turned.py",
 }
 PINNED = "tests/unit/engine/test_pinned.py"
