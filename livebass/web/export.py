@@ -21,6 +21,7 @@ from urllib.parse import quote
 
 from livebass import __version__
 from livebass.kernels.bass.instrument import LIVE, STUDIO
+from livebass.lab.experiment import fretmap
 from livebass.lab.paper.cases import CASES, PLAYED, PRESET
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
@@ -154,7 +155,8 @@ def page_files(
         for name, bass in basses.items()
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
-    data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories}
+    mapped = {"velocity": fretmap.VELOCITY, "seconds": fretmap.DURATION, "rate": fretmap.RATE}
+    data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories, "map": mapped}
     data["sliders"] = take_out_shared([has["sliders"] for has in benches.values() if has])
     if NOTE["bass"] in basses and known[NOTE["bass"]] == Source(NOTE["bass"]):
         files |= recorded_files()

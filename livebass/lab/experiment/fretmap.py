@@ -1,7 +1,8 @@
 """A map of a neck: what a standard pluck does at every string and fret, and where a string frets out.
 
 Each note is played by the bass's own player on strings at rest, as a MIDI note of one velocity on that string, and
-held. The map counts its contacts in a stated time from the release, and tells how long they go on: buzz that lasts.
+held. The map counts its contacts in a stated time from the release, or from a thumb's strike, and says how long they
+go on: buzz that lasts.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames
 from livebass.kernels.player.words import NOTE_STRING, word_of
+from livebass.kernels.string.records import PLUCK
 from livebass.live.thread.sight import see_contact
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
@@ -120,7 +122,7 @@ def _cell(engine: Engine, i: int, fret: int, velocity: int, duration: float) -> 
     events = engine.play_words(np.zeros(len(words), np.int64), np.array(words, np.int64))
     events = events[events["string"] == i]
     record, contacts = voice.record[0], list[tuple[float, float, float]]()
-    release = int(record["pull"])
+    release = int(record["pull"]) if PLUCK in events["kind"] else 0
     frames, taken = release + round(duration * engine.rate), 0
     for first in range(0, frames, PIECE):
         events = events[play_frames(voice, engine.pool.records[i], events, np.zeros(min(PIECE, frames - first))) :]

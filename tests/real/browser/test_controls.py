@@ -37,7 +37,7 @@ window.at = async (selector, prepare) => {
   pauseAll();
   say("");
   await prepare();
-  $("bench-fold").open = !!e().closest("#bench-fold > :not(summary)");
+  for (const id of ["bench-fold", "map-fold"]) $(id).open = !!e().closest(`#${id} > :not(summary)`);
   e().blur();
   do {
     window.before = snapshot();

@@ -259,20 +259,57 @@ export class Engine extends Kernels {
     return undefined;
   }
 
+  // What a note of `velocity` does on string `string` of `bass`, a new one at rest, at each of `frets`; `open` is the open
+  // string's key. Of each: its contacts within `frames` of the release, where it hits hardest (a fret, over a board m from
+  // the nut; undefined without contacts), at what speed (m/s), and the frame of the last contact after the release.
+  buzz(bass, {string, open, frets, velocity, frames}, rate) {
+    const {end} = this, rest = this.bytes.slice(bass, end), voice = this.voice(bass, string);
+    const toRest = () => {
+      this.bytes.set(rest, bass);
+      this.bytes.fill(0, this.synth, this.home);
+      this.end = end;
+    };
+    return frets.map(fret => {
+      const found = this.perform(bass, {string, note: open + fret, velocity}, rate), met = [], taken = [];
+      toRest();
+      if (!found) return {contacts: 0, hardest: undefined, speed: 0, last: 0};
+      const place = this.add(found.reports.byteLength);
+      this.bytes.set(new Uint8Array(found.reports), place);
+      this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
+      const run = this.alone(bass, string, place + RECORDS.REPORTS.bytes, found.count), until = found.frame + frames;
+      for (let at = this.get("VOICE", voice, "frame"); at < until; at += N.CHUNK) {
+        run(Math.min(N.CHUNK, until - at));
+        this.takeContacts(bass, taken, met);
+      }
+      toRest();
+      let hardest, speed = 0, last = found.frame;
+      for (let k = 0; k < met.length; k += 4) {
+        last = Math.max(last, met[k + 2]);
+        if (met[k + 3] > speed) [hardest, speed] = [met[k + 1], met[k + 3]];
+      }
+      return {contacts: met.length / 4, hardest, speed, last: last - found.frame};
+    });
+  }
+
+  // Returns a function that plays n frames of string `string` of `bass` alone, with `count` events at the address `events`.
+  alone(bass, string, events, count) {
+    const board = this.get("BASS", bass, "frets") + 1, at = this.get("BASS", bass, "string", string);
+    const ops = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * board * string;
+    let used = 0;
+    return n => {
+      for (let left = n; left > 0; left -= N.CHUNK)
+        used += Number(this.x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(events + used * RECORDS.EVENT.bytes),
+                                            BigInt(count - used), this.soundAddress, 0n, BigInt(Math.min(N.CHUNK, left))));
+    };
+  }
+
   // Plays `count` events, at the address `events`, on string `string` of `bass`. From `before` frames before `frame` to
   // `frames` after it, returns {rows, across, slots, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5) of
   // u and of v per frame; [length, stop, fret, stop across] per frame; contacts as in `takeContacts`; the first frame;
   // the sound from there on, `heard` frames.
   motion(bass, string, events, count, frame, before, frames, heard = 0) {
-    const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
-    const at = this.get("BASS", bass, "string", string), voice = this.voice(bass, string);
-    const ops = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * board * string;
-    let used = 0;
-    const run = n => {
-      for (let left = n; left > 0; left -= N.CHUNK)
-        used += Number(x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(events + used * RECORDS.EVENT.bytes),
-                                       BigInt(count - used), this.soundAddress, 0n, BigInt(Math.min(N.CHUNK, left))));
-    };
+    const x = this.x, strings = this.get("BASS", bass, "strings"), voice = this.voice(bass, string);
+    const run = this.alone(bass, string, events, count);
     const first = Math.max(this.get("VOICE", voice, "frame"), frame - before), sound = new Float32Array(heard);
     run(first - this.get("VOICE", voice, "frame"));
     const length = frame + frames - first, slots = new Float64Array(length * 4);

@@ -84,6 +84,12 @@ function hold({hold: {string, fret, note}, file, tier, rate}) {
   return {...held, farthest, hardest: engine.hardest(bass, string, note, rate)};
 }
 
+// Returns what notes do at frets of a new bass: `buzz` of the engine.
+function buzz({buzz: notes, file, tier, rate}) {
+  engine.clear();
+  return engine.buzz(engine.build(file, tier, rate, engine.home), notes, rate);
+}
+
 // Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
 // each open string), the frets at which a string frets out, each with the higher one that it lies on, and the pickups'
 // places (m from the saddle). Throws an Error, one line, for a file of another kind,
@@ -137,6 +143,10 @@ onmessage = ({data}) => {
       }
       if (data.hold) {
         answer({id: data.id, built: hold(data)});
+        return;
+      }
+      if (data.buzz) {
+        answer({id: data.id, built: buzz(data)});
         return;
       }
       if (data.change) {

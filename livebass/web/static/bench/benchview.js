@@ -120,6 +120,12 @@ function showValues() {
   $("bench-count").textContent = count ? `${count} change${count === 1 ? "" : "s"}` : "";
 }
 
+// The bench's changes in words, such as ", Action 1.20 mm".
+export function changesText() {
+  const b = bench(), changed = b ? [...b.controls.values()].filter(({symbol}) => symbol in b.values) : [];
+  return changed.map(({name, symbol}) => `, ${name} ${benchText(symbol, b.value(symbol))}`).join("");
+}
+
 // --- changes become sound ---
 
 // Carries out a change on the bench, shows it, and starts building the new bass.

@@ -13,6 +13,7 @@ import "../neck/clip.js";
 import "../neck/pull.js";
 import "./inside.js";
 import "../bench/one.js";
+import "../bench/fretmap.js";
 import {showSavedBass} from "../bench/bass.js";
 import {makeBench, takeLink} from "../bench/benchview.js";
 import {showLinked} from "./cases.js";

@@ -1,0 +1,95 @@
+// The fret map: what one pluck does at every string and fret of the bass on the bench, beside the map before it. The
+// same as `livebass map`.
+import {changesText} from "./benchview.js";
+import {$, PAGE, chosenBass, make, say} from "../pages/page.js";
+import {player} from "../audio/player.js";
+import {workshop} from "../audio/workshop.js";
+
+const FRETS = 6; // of one message to the worker, which then has time for the bench
+const KEPT = 2; // maps beside each other
+const FULL = 55; // % of the colour in the cell with most contacts: its text stays readable
+/** @type {{title: string, strings: FretRow[]}[]} */
+const maps = [];
+const work = {number: 0, goes: false}; // of the newest map; whether it is being computed
+
+/**
+ * Computes the map of the chosen bass; undefined if another one was wanted meanwhile. `progress` gets the part done.
+ * @param {(part: number) => void} progress
+ * @returns {Promise<{title: string, strings: FretRow[]} | undefined>}
+ */
+async function mapNeck(progress) {
+  const number = ++work.number, bass = chosenBass(), {velocity, seconds, rate} = PAGE.map;
+  const title = `${bass.title}${changesText()}`, file = await player.fileOf(bass.name), strings = [];
+  const rests = bass.strings.map(string => ({...string.rests}));
+  for (const [i, {name, note}] of bass.strings.entries()) {
+    /** @type {FretCell[]} */
+    const cells = [];
+    for (let fret = 0; fret <= bass.frets; fret += FRETS) {
+      const frets = Array.from({length: Math.min(FRETS, bass.frets + 1 - fret)}, (_, k) => fret + k), copy = file.slice(0);
+      const buzz = {string: i, open: note, frets, velocity, frames: Math.round(seconds * rate)};
+      const found = await workshop.ask({buzz, file: copy, tier: PAGE.tier, rate}, [copy]);
+      if (number !== work.number) return undefined;
+      cells.push(...found.map((cell, k) => ({...cell, last: cell.last / rate, on: rests[i][fret + k] ?? fret + k})));
+      progress((i + cells.length / (bass.frets + 1)) / bass.strings.length);
+    }
+    strings.push({name, cells});
+  }
+  return {title, strings};
+}
+
+function cellText(/** @type {FretCell} */ {contacts, on}, /** @type {number} */ fret) {
+  return on !== fret ? `→${on}` : contacts ? String(contacts) : "·";
+}
+
+function cellTitle(/** @type {string} */ name, /** @type {FretCell} */ {contacts, hardest, last, on}, /** @type {number} */ fret) {
+  const where = `${name} string, ${fret ? `fret ${fret}` : "open"}`;
+  if (on !== fret) return `${where}: frets out, it lies on fret ${on}`;
+  if (!contacts) return `${where}: no contact`;
+  const at = chosenBass().fretless ? `${Math.round(1000 * (hardest || 0))} mm from the nut` : `fret ${hardest}`;
+  return `${where}: ${contacts} contact${contacts === 1 ? "" : "s"}, hardest at ${at}, the last after ${Math.round(1000 * last)} ms`;
+}
+
+// The tables, the newest first, in colours up to the most contacts of both.
+function show() {
+  const most = Math.max(1, ...maps.flatMap(({strings}) => strings.flatMap(({cells}) => cells.map(({contacts}) => contacts))));
+  $("maps").replaceChildren(...maps.map(({title, strings}) => {
+    const head = make("tr", {}, make("th", {scope: "col", textContent: "fret"}));
+    strings[0].cells.forEach((_, fret) => head.append(make("th", {scope: "col", textContent: fret || "open"})));
+    const rows = [...strings].reverse().map(({name, cells}) => make("tr", {}, make("th", {scope: "row", textContent: name}), ...cells.map((cell, fret) => {
+      const made = make("td", {textContent: cellText(cell, fret), title: cellTitle(name, cell, fret)});
+      made.className = cell.on === fret ? "" : "choked";
+      made.style.setProperty("--part", `${Math.round(FULL * cell.contacts / most)}%`);
+      return made;
+    })));
+    return make("table", {}, make("caption", {textContent: title}), make("thead", {}, head), make("tbody", {}, ...rows));
+  }));
+}
+
+function showState(/** @type {string} */ text) {
+  $("map-neck").textContent = work.goes ? "Stop" : "Map the neck";
+  $("map-text").textContent = text;
+}
+
+$("map-neck").onclick = async () => {
+  if (work.goes) {
+    work.number++;
+    work.goes = false;
+    showState("");
+    return;
+  }
+  work.goes = true;
+  showState("0 %");
+  try {
+    const made = await mapNeck(part => showState(`${Math.round(100 * part)} %`));
+    if (!made) return; // it was stopped
+    maps.unshift(made);
+    maps.splice(KEPT);
+    show();
+  } catch (error) {
+    say(`The neck cannot be mapped: ${/** @type {Error} */ (error).message}`);
+  }
+  work.goes = false;
+  showState("");
+};
+const {velocity, seconds} = PAGE.map;
+$("map-hint").textContent = `Contacts in ${seconds} s of a note at velocity ${velocity}; an arrow leads to the fret that a choked string lies on. Change the bench and map again: both maps stay.`;
