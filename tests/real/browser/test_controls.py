@@ -251,6 +251,7 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
         where = {"x": slider["x"] + 0.12 * slider["width"], "y": slider["y"] + slider["height"] / 2, "type": "range"}
         act(browser, "touch", "#bench-action", where)
         wait(lambda: browser.execute_script("return bench().values.action < 2 && !building.now && !player.next"))
+        wait(lambda: "The same pluck" in browser.execute_script("return $('seen').textContent"))  # played by itself
         tap(browser, "#bench summary")
         wait(lambda: not browser.execute_script("return $('bench-fold').open"))
         after = contacts()

@@ -65,22 +65,21 @@ function show() {
   }));
 }
 
-function showState(/** @type {string} */ text) {
-  $("map-neck").textContent = work.goes ? "Stop" : "Map the neck";
+function showState(/** @type {boolean} */ goes, text = "") {
+  work.goes = goes;
+  $("map-neck").textContent = goes ? "Stop" : "Map the neck";
   $("map-text").textContent = text;
 }
 
 $("map-neck").onclick = async () => {
   if (work.goes) {
     work.number++;
-    work.goes = false;
-    showState("");
+    showState(false);
     return;
   }
-  work.goes = true;
-  showState("0 %");
+  showState(true, "0 %");
   try {
-    const made = await mapNeck(part => showState(`${Math.round(100 * part)} %`));
+    const made = await mapNeck(part => showState(true, `${Math.round(100 * part)} %`));
     if (!made) return; // it was stopped
     maps.unshift(made);
     maps.splice(KEPT);
@@ -88,8 +87,7 @@ $("map-neck").onclick = async () => {
   } catch (error) {
     say(`The neck cannot be mapped: ${/** @type {Error} */ (error).message}`);
   }
-  work.goes = false;
-  showState("");
+  showState(false);
 };
 const {velocity, seconds} = PAGE.map;
 $("map-hint").textContent = `Contacts in ${seconds} s of a note at velocity ${velocity}; an arrow leads to the fret that a choked string lies on. Change the bench and map again: both maps stay.`;
