@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from support.needs import tool
 
 SIZE = 2000, 1400
+# px in the plugin's window of default size, in the corner; the slider is the gain's
+LOWEST_STRING, SLIDER = (200, 174), (670, 363)
 PATIENCE = 10.0  # s
 
 

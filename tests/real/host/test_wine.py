@@ -19,7 +19,7 @@ from support.clap import Plugin
 from support.jack import wait_for
 from support.places import SUPPORT
 from support.plugins import MAX_BYTES, PRESETS
-from support.screen import SIZE, WholeScreen, hand, needs_screen, running_screen
+from support.screen import LOWEST_STRING, SIZE, SLIDER, WholeScreen, hand, needs_screen, running_screen
 from support.window import Window, different
 from support.wine import PATIENCE, WINDOWS, needs_wine, place, program, run, running_wine
 
@@ -35,7 +35,6 @@ pytestmark = [
 LINUX = ALL["linux-x86_64"]
 SYSTEMS = (LINUX, WINDOWS)
 FILES = {"clap": dict.fromkeys((LINUX.name, WINDOWS.name), clap.BINARY), "vst3": vst3.BINARIES}  # in their bundles
-LOWEST_STRING, SLIDER = (200, 196), (599, 363)  # px in a window of scale 1; the slider is the gain's
 GAIN = 0
 
 

@@ -14,7 +14,7 @@ import pytest
 from support.jack import wait_for
 from support.needs import tool
 from support.plugins import no_instruments_of_the_user, write_bundle  # noqa: F401
-from support.screen import hand, needs_screen, running_screen
+from support.screen import LOWEST_STRING, hand, needs_screen, running_screen
 
 from livebass.lab.bench.jack import MidiProbe, end_process, new_client
 from livebass.plugin import lv2
@@ -23,7 +23,6 @@ from livebass.plugin.systems import this_system
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 HOST = "jalv-test"
 LOUD = 0.05
-LOWEST_STRING = (200, 196)  # px in the window, which is in the corner
 
 
 def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, tmp_path: Path) -> None:

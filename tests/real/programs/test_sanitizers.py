@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 from support.places import SUPPORT
-from support.screen import Screen, hand, needs_screen, running_screen
+from support.screen import LOWEST_STRING, SLIDER, Screen, hand, needs_screen, running_screen
 
 from livebass import load_preset
 from livebass.compiling import emitter
@@ -118,15 +118,15 @@ def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) 
         presses = 0
         while not playing.done():
             page = presses % 4
-            hand("mousemove", 58 + 84 * page, 58, "click", 1, "mousemove", 200, 196, "click", 1)
-            hand("mousemove", 599, 363, "mousedown", 1, "mousemove", 639, 363, "mouseup", 1)
+            hand("mousemove", 58 + 84 * page, 58, "click", 1, "mousemove", *LOWEST_STRING, "click", 1)
+            hand("mousemove", *SLIDER, "mousedown", 1, "mousemove", SLIDER[0] + 40, SLIDER[1], "mouseup", 1)
             hand("mousemove", 872 - 26 * (presses % 2), 59, "click", 1)  # B, A
             if page == 2:  # the first cabinet, or none
                 hand("mousemove", 600, 440, "click", 1, "sleep", 0.2)
                 hand("mousemove", 620, 365 + presses % 8 * 5, "click", 1)
             if page == 3:  # saves a sound, opens the list and loads one; undoes both
                 hand("mousemove", 474, 23, "click", 1, "click", 1, "mousemove", 280, 23, "click", 1, "sleep", 0.2)
-                hand("mousemove", 300, 89, "click", 1, "mousemove", 754, 59, "click", 1, "click", 1)
+                hand("mousemove", 300, 113, "click", 1, "mousemove", 754, 59, "click", 1, "click", 1)
             presses += 1
         blocks, _, greatest = playing.result().split()
     assert presses > 3 and int(blocks) > 500 and 0 < float(greatest) < 1000

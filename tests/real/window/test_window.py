@@ -23,7 +23,7 @@ from support.drag import dropped
 from support.jack import wait_for
 from support.picture import SongView
 from support.plugins import PRESETS, RATE, mono, write_bundle
-from support.screen import Screen, hand, needs_screen, running_screen
+from support.screen import LOWEST_STRING, SLIDER, Screen, hand, needs_screen, running_screen
 from support.song import midi_file, notes_of
 from support.states import file_of
 from support.structures import function, struct
@@ -46,10 +46,10 @@ UI = struct(
     uri=S, instantiate=function(P, P, S, S, P, P, P, P), cleanup=function(None, P),
     port_event=function(None, P, U32, U32, U32, P), extension=function(P, S),
 )  # fmt: skip
-# px in a window of the usual size; the first slider is the gain's
+# px in a window of default size
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
 PASTE = (702, 59)
-UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (670, 363), (200, 174)
+UNDO, SIDE_A, SIDE_B = (754, 59), (846, 59), (872, 59)
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 700, SLIDER[1], "mousemove", 710, SLIDER[1], "mouseup", 1)
 LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1] + 70, "click", 1)  # or forget
 ZOOM = (24, 206)
