@@ -266,7 +266,8 @@ def test_hosts_add_the_units(make: Make) -> None:
     plugin = make()
     found = plugin.parameters()
     for symbol, value, text, unit in (
-        ("gain", 0.75, "0.0", "dB"), ("bend_range", 7 / 24, "7", "semitones"), ("pickup_height", 0.5, "0.00 mm", ""),
+        ("gain", 0.75, "0.0", "dB"), ("bend_range", 7 / 24, "7", "semitones"), ("pickup_height", 0.5, "preset", ""),
+        ("pickup_height", 0.75, "+1.50 mm", ""),
         ("wear", 0.5, "625 %", ""),
     ):  # fmt: skip
         number = PARAMETER_ROWS[symbol].number
