@@ -155,8 +155,7 @@ def page_files(
         for name, bass in basses.items()
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
-    mapped = {"velocity": fretmap.VELOCITY, "seconds": fretmap.DURATION, "rate": fretmap.RATE}
-    data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories, "map": mapped}
+    data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories}
     data["sliders"] = take_out_shared([has["sliders"] for has in benches.values() if has])
     if NOTE["bass"] in basses and known[NOTE["bass"]] == Source(NOTE["bass"]):
         files |= recorded_files()
@@ -206,6 +205,7 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
             for b in BUTTONS
         ],
         "sliders": {},
+        "map": {"velocity": fretmap.VELOCITY, "seconds": fretmap.DURATION, "rate": fretmap.RATE},
         "basses": basses,
     }
 
