@@ -24,7 +24,7 @@ from support.costs import slow
 
 import livebass
 from livebass.compiling import ENTRIES, Entry, emitter, library, lowering, store
-from livebass.live.thread import ring  # noqa: F401, has entries
+from livebass.live.thread import block, ring  # noqa: F401, have entries
 
 try:
     import resource
