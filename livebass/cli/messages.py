@@ -10,7 +10,7 @@ import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ import click
 from livebass.rows.units import one_line
 
 if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
     from livebass.model.rest import Choked
 
 DEFAULT_WIDTH, MIN_WIDTH = 80, 20  # columns: of tables without a terminal; of a very narrow one
@@ -70,6 +71,15 @@ def fretting_out(notes: Sequence[Choked]) -> str:
         )
         parts.append(f"on fret {on} lies {'; '.join(named)}")
     return f"notes fret out, and sound as the higher fret that the string lies on at rest: {', '.join(parts)}"
+
+
+def say_choked(basses: Iterable[Instrument]) -> None:
+    """Says which notes of `basses` fret out, a line for each bass."""
+    from livebass.model.rest import choked
+
+    for bass in {id(bass): bass for bass in basses}.values():
+        if line := fretting_out(choked(bass)):
+            say(f"{bass.name}: {line}")
 
 
 def clipping(clipped: int, gain: float, peak: float) -> str:

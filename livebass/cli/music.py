@@ -10,7 +10,7 @@ import click
 from livebass.cli.demos import demo_for, ready_for
 from livebass.cli.effects import EffectOptions
 from livebass.cli.hands import Hands, Loader
-from livebass.cli.messages import fretting_out, say
+from livebass.cli.messages import say, say_choked
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.play_settings import Memory
 from livebass.cli.score_bass import beyond_range, later_presets, preset_of, programs_of, remarks
@@ -20,7 +20,6 @@ from livebass.cli.take_bass import load_take_basses, take_options
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 from livebass.live.desk import with_beats
 from livebass.model.instrument import Instrument
-from livebass.model.rest import choked
 from livebass.preset.load import load_preset
 from livebass.score.low_keys import with_low_notes
 from livebass.score.score import Score
@@ -51,8 +50,7 @@ class Music:
         if self.score:
             self._of_take = {bass.preset: bass.given for bass in self.score.basses}
         self.preset, self.bass = self._first()
-        if line := fretting_out(choked(self.bass)):
-            say(f"{self.bass.name}: {line}")
+        say_choked([self.bass])
         if self.score:
             lines = remarks(self.score, self.wanted, DEFAULT_PRESET)
             for line in [*lines, *beyond_range(self.bass, self.score, DEFAULT_PRESET)]:

@@ -6,7 +6,7 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +18,7 @@ from livebass.cli.demos import demo_for, demo_option, ready_for
 from livebass.cli.effects import OPTIONS, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Loader, hands_options
-from livebass.cli.messages import clipping, fretting_out, say
+from livebass.cli.messages import clipping, say, say_choked
 from livebass.cli.options import (
     DEFAULT_PRESET,
     PATH,
@@ -258,15 +258,6 @@ def _render_music(
     else:
         line = _render_one(bass, score, output, options, basses=basses)
     return ", ".join([line, *(beyond_range(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
-
-
-def say_choked(basses: Iterable[Instrument]) -> None:
-    """Says which notes of `basses` fret out, a line for each bass."""
-    from livebass.model.rest import choked
-
-    for bass in {id(bass): bass for bass in basses}.values():
-        if line := fretting_out(choked(bass)):
-            say(f"{bass.name}: {line}")
 
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:

@@ -40,7 +40,7 @@ LIGHT = 0.6  # part of the greatest value from which numbers are white
 
 @dataclass(frozen=True)
 class Cell:
-    """What a standard pluck does at one fret of one string."""
+    """One note of a map: a string at a fret, and its contacts."""
 
     string: str  #: its name
     fret: int  #: that is pressed; 0 is open

@@ -239,7 +239,7 @@ export class Engine extends Kernels {
     const voice = this.voice(bass, string), event = this.add(RECORDS.EVENT.bytes);
     this.fill("VOICE", voice, {pull: HELD, angle: 0});
     this.fill("EVENT", event, {kind: N.PLUCK, string, fret, apex: 1, place});
-    this.x.lb_run_string(BigInt(at), BigInt(ops), BigInt(board - 1), BigInt(event), 1n, this.soundAddress, 0n, 1n);
+    this.alone(bass, string, event, 1)(1);
     const slot = at + RECORDS.STRING.fields.slots[0] + RECORDS.SLOT.bytes * this.get("VOICE", voice, "slot");
     const held = slot + RECORDS.SLOT.fields.u[0], modes = this.get("OPERATOR", op, "modes");
     const weights = Float64Array.from({length: modes}, (_, j) =>
