@@ -15,13 +15,16 @@ from support.messages import send_now
 from support.motion import free_modes
 from support.own_basses import FRETTED, PLAYED, load_preset
 from support.played import event
-from support.strings import case_b, even, far_from_frets, g_neck, g_string, linear, oblique, with_own_across
+from support.strings import case_b, even, far_from_frets, g_neck, g_string, linear, oblique, with_own_across, yielding
 
 from livebass import QUALITIES
+from livebass.compiling import jit
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import solve_trial
+from livebass.kernels.string.frame import operator_at
 from livebass.kernels.string.records import BEND, LOW, PLUCK, THERE
+from livebass.kernels.string.turning import along_axis
 from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import Speaking, speaking
@@ -32,6 +35,13 @@ from livebass.rows.parts import EXCHANGE_EVERY
 MODES = 60
 RATE = 48000
 FEW = 24  # modes, of a string's lowest
+
+
+@jit
+def lines_along(operator: int, across: bool, omega: Any, sigma: Any) -> None:
+    """Fills `omega` (rad/s) and `sigma` (1/s) of an operator's modes along an axis."""
+    for j in range(len(omega)):
+        omega[j], sigma[j] = along_axis(operator_at(operator), j, across)
 
 
 def turn(s: Speaking, degrees: float) -> Speaking:
@@ -188,3 +198,21 @@ def test_nothing_moves_v_while_a_thumb_presses_the_string_straight_down(preset: 
             pressed += 1
             assert slot["v_active"] == 0 or not np.abs(amplitudes(slot["v"])).any()
     assert pressed > 4e-3 * RATE and np.abs(amplitudes(slot["v"])).max() > 2e-6
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize("degrees", [-55.0, 0.0, 70.0])
+def test_the_lines_along_the_axes_are_those_of_the_neck(preset: str, degrees: float) -> None:
+    """However they are turned, u, v and their exchange tell the frequencies and dampings of either axis."""
+    bass = yielding(even(load_preset(preset)))
+    neck = dataclasses.replace(bass.necks[1], axes_turned=np.radians(degrees), stiffness_across=1.7)
+    engine = Engine(dataclasses.replace(bass, necks=(neck,) * len(bass.necks)), QUALITIES["live"], RATE)
+    fret = 5
+    plain = dataclasses.replace(speaking(bass.strings[1], neck, fret), axes_turned=0.0)
+    op, omega, sigma = engine.pool.records[1][fret : fret + 1], np.empty(FEW), np.empty(FEW)
+    for across in (False, True) if degrees else (False,):
+        lines_along(op.ctypes.data, across, omega, sigma)
+        damped = modes.dampings(plain, FEW, across=across)
+        assert sigma == pytest.approx(damped, rel=1e-6)
+        natural = 2 * np.pi * modes.frequencies(plain, FEW, across=across)
+        assert omega == pytest.approx(np.sqrt(natural**2 - damped**2), rel=1e-6)
