@@ -11,7 +11,7 @@ from livebass.compiling import jit
 from livebass.engine.prepare import modal_row
 from livebass.kernels.string.frame import operator_at, string_at
 from livebass.kernels.string.records import BLOCK, PLUCK, TOUCH_EVENT
-from livebass.kernels.string.touch import damp_by_touches
+from livebass.kernels.string.touch import begin_touch, damp_by_touches, follow_ramp, lift_touch, ramp_touch
 from livebass.rows.arrays import Floats
 
 FIRM, WIDTH, FINGER = 0.4, 4e-3, 1  # N s/m; m, half; which finger
@@ -81,6 +81,55 @@ def test_at_another_place_it_lands_again_and_at_the_same_it_stays(
     now = float(string.record["touches"][FINGER]["resistance"])
     step = 1.5 * FIRM / (LANDING * RATE)
     assert now == pytest.approx(step if lands else FIRM + step)
+
+
+@jit
+def begin(string: int, resistance: float, seconds: float, landing: float) -> None:
+    begin_touch(string_at(string).voice, FINGER, 0.2, resistance, WIDTH, seconds, landing)
+
+
+@jit
+def ramp_from(string: int, resistance: float, seconds: float) -> None:
+    ramp_touch(string_at(string).voice, FINGER, resistance, seconds)
+
+
+@jit
+def lift(string: int, seconds: float) -> None:
+    lift_touch(string_at(string).voice, FINGER, seconds)
+
+
+@jit
+def follow(string: int, rate: float) -> None:
+    follow_ramp(string_at(string).voice.touches[FINGER], rate)
+
+
+@pytest.mark.parametrize("seconds, frames", [(0.0, 1.0), (0.5 / RATE, 1.0), (1.5 / RATE, 1.5), (4e-3, 4e-3 * RATE)])
+def test_a_ramp_takes_its_time_or_at_least_a_frame(seconds: float, frames: float) -> None:
+    string = Played("jazz-finger", 0)
+    address, t = string.voice.string.ctypes.data, string.record["touches"][FINGER]
+    begin(address, FIRM, 0.0, seconds)
+    assert (t["resistance"], t["wanted"], t["lifts"]) == (0.0, FIRM, -1) and t["ramp"] == pytest.approx(FIRM / frames)
+    for now in (0.1 * FIRM, 1.5 * FIRM):
+        ramp_from(address, now, seconds)
+        assert t["resistance"] == now and t["ramp"] == pytest.approx(abs(FIRM - now) / frames)
+    lift(address, seconds)
+    assert t["wanted"] == 0.0 and t["ramp"] == pytest.approx(1.5 * FIRM / frames)
+    begin(address, FIRM, seconds, LANDING)
+    assert t["lifts"] == (max(round(frames), 1) if seconds else -1)
+    begin(address, 0.0, seconds, LANDING)
+    assert t["ramp"] == pytest.approx(1.5 * FIRM / (frames if seconds else LIFTING * RATE))
+
+
+@pytest.mark.parametrize("rate, frames", [(50.0, 1.0), (100.0, 1.5), (RATE, LIFTING * RATE)])
+def test_when_its_time_is_over_it_lifts(rate: float, frames: float) -> None:
+    string = Played("jazz-finger", 0)
+    address, t = string.voice.string.ctypes.data, string.record["touches"][FINGER]
+    t["resistance"], t["wanted"], t["lifts"] = FIRM, FIRM, 2
+    for left in (1, -1):
+        assert t["resistance"] == FIRM
+        follow(address, rate)
+        assert t["lifts"] == left
+    assert t["wanted"] == 0.0 and t["resistance"] == pytest.approx(FIRM * (1 - 1 / frames), abs=1e-15)
 
 
 # What fingers take from the modes
