@@ -229,3 +229,18 @@ def test_a_finger_is_three_dashpots_and_takes_the_highs_evenly(
             active = modes if landing else max(int(string.slot["active"]), int(string.slot["v_active"]))
             assert_alike(string.damped(), string.by_law(before, fingers, active), before)
         fingers = [(place + 0.01, 1.1 * firm, 1.2 * width) for place, firm, width in fingers]
+
+
+def test_what_a_finger_needs_is_computed_once() -> None:
+    """While it lies, shapes, their products, the parts that it takes and what the highs keep are only read."""
+    string = Touched(0.4)
+    string.lay(0, *FINGERS[0], landing=False)
+    string.damped()
+    marked = [
+        string.slot[name].reshape(-1) for name in ("touch_shape", "touch_product", "touch_square", "touch_factor")
+    ]
+    for row in marked:
+        row[0] = 7.0
+    string.slot["touch_kept"] = 0.5
+    string.damped()
+    assert [row[0] for row in marked] == [7.0] * 4 and string.slot["touch_kept"] == 0.5
