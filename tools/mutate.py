@@ -92,7 +92,8 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("string/handover.py", "CLOSE = 1e-06 -> 2e-06"): ROUNDING,
     ("string/handover.py", "NEGLIGIBLE = 1e-12 -> 2e-12"): ROUNDING,
     ("string/handover.py", "SAME = 1e-09 -> 2e-09"): ROUNDING,
-    ("string/touch.py", "0.0001 -> 0.0002 in max(width, 0.0001)"): "a guard: HIGHEST leaves a narrow finger fewer modes",
+    ("string/touch.py", "0.0001 -> 0.0002 in max(width, 0.0001)"): "HIGHEST leaves fewer modes",
+    ("string/touch.py", "n - op.split: - turned"): "copies more of a shape than is read",
 }
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 
