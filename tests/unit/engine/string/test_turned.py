@@ -171,7 +171,7 @@ def test_a_note_by_midi_moves_along_its_axes_from_its_release_on(preset: str) ->
     while not slot["active"]:
         engine.process(1)
     engine.process(EXCHANGE_EVERY - 1)
-    assert slot["turned_for"] == 0 == slot["owed"]
+    assert slot["fourth"] == 0 == slot["owed"]
     begun = along()
     engine.process(frames)
     s = dataclasses.replace(speaking(bass.strings[-1], bass.necks[-1], 0), axes_turned=0.0)
@@ -293,7 +293,7 @@ def test_after_an_exchange_the_string_is_elsewhere(preset: str) -> None:
     string.play(event(PLUCK, apex=6e-3, place=0.2, angle=0.3))
     slot = string.voice.slots[int(string.record["slot"])]
     for _ in range(round(0.03 * RATE)):
-        due = int(slot["owed"]) + (int(slot["turned_for"]) == EXCHANGE_EVERY - 1)
+        due = int(slot["owed"]) + (int(slot["fourth"]) == EXCHANGE_EVERY - 1)
         string.play(event(PLUCK)[:0])
         step = int(string.record["step"])
         if int(slot["owed"]) < due:
