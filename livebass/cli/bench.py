@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from livebass.cli.messages import say
-from livebass.cli.options import PATH, count_option, files_to_write, option, write_results
+from livebass.cli.options import PATH, count_option, files_to_write, flag, option, write_results
 from livebass.cli.progress import have_kernels
 from livebass.cli.values import Number
 from livebass.model.quality import BLOCK, QUALITIES
@@ -79,6 +79,43 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
     if runs:
         extent = replace(extent, runs=runs, other_runs=runs)
     _report(file, picture, lambda say: bench_live(preset, say, extent), table, draw)
+
+
+@bench.command("fidelity")
+@option(
+    "-p --preset presets",
+    str,
+    "Compare only this bass; repeatable.  [default: all]",
+    metavar="NAME|FILE",
+    multiple=True,
+)
+@option(
+    "-q --quality qualities",
+    click.Choice([name for name in QUALITIES if name != "reference"]),
+    "Compare only this quality; repeatable.  [default: all]",
+    multiple=True,
+)
+@flag("--hear", "Also judge the notes by a model of hearing.")
+@JSON
+def fidelity(presets: tuple[str, ...], qualities: tuple[str, ...], hear: bool, file: Path | None) -> None:
+    """Measure how far each quality is from `reference`.
+
+    Plays notes of all presets, six plucks each, and compares brightness, waveforms, the number of contacts and the
+    levels in third-octave bands; with --hear also asks a model of hearing (Zimtohrli) whether anybody hears a
+    difference. Takes a few minutes.
+    """
+    from dataclasses import replace
+
+    from livebass.lab.bench.tiers import ALL, bench_fidelity, table
+
+    extent = replace(ALL, presets=tuple(dict.fromkeys(presets)))
+    if qualities:
+        extent = replace(extent, qualities=tuple(q for q in QUALITIES if q in qualities))
+    if hear:
+        from livebass.lab.comparison.hearing import check_hearing
+
+        check_hearing()  # before the kernels and the files
+    _report(file, None, lambda say: bench_fidelity(hear, say, extent), table, None)
 
 
 @bench.command("effects")

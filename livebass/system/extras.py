@@ -15,7 +15,7 @@ USES = (  # what needs packages beside those of livebass itself: the extras, all
     ("`play --osc`", "live,osc"),
     ("Guitar Pro and MusicXML files, in all commands", "tab"),
     ("`identify`, `study claims`, the characteristic frequency of `simulate --analyse`", "analysis"),
-    ("`compare --hear`", "hear"),
+    ("`compare --hear`, `bench fidelity --hear`", "hear"),
     ("`compare -o`, `map -o`, pictures of `study sweep` and `bench --plot`", "plots"),
     ("`study` with the names of studies", "analysis,plots"),
     ("`fit`", "analysis,fit,plots"),

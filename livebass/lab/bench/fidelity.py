@@ -88,6 +88,7 @@ class Heard:
 
     sounds: Floats  # (plucks, n)
     contacts: int  # started since the note; the maximum over plucks
+    started: tuple[int, ...] = ()  # of each pluck
 
 
 def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018) -> list[Note]:
@@ -189,10 +190,11 @@ def play_plucks(
         for (group, _), heard in zip(jobs, pool.map(play, jobs), strict=True):
             for k, one in zip(group, heard, strict=True):
                 found.setdefault(k, []).append(one)
-    return [
-        Heard(np.array([sound for sound, _ in found[k]]), max(contacts for _, contacts in found[k]))
-        for k in range(len(notes))
-    ]
+    out = []
+    for k in range(len(notes)):
+        started = tuple(contacts for _, contacts in found[k])
+        out.append(Heard(np.array([sound for sound, _ in found[k]]), max(started), started))
+    return out
 
 
 def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[tuple[Floats, int]]:

@@ -279,6 +279,24 @@ def table(result: Result) -> str:
         (w["what"], *(_value(w[key], w["unit"]) for key in TARGET_KEYS), "" if w["met"] else "missed")
         for w in result["wanted"]
     ]
+    return "\n".join(
+        [
+            f"{result['preset']}, {result['strings']} strings popped at once at velocity 127, again, then sixteenths; "
+            f"{result['rate_hz'] / 1e3:g} kHz; times of a block in parts of its deadline",
+            *columns([HEAD, *map(_cells, [*result["rows"], *result["team"], result["moonshot"]])]),
+            "quiet: the best run of each block, without what else the machine did",
+            "fit: how many strings can be popped at once with every block in time, plain / quiet",
+            "",
+            *comparison_lines(result),
+            *columns([TARGET_HEAD, *targets]),
+            "",
+            *load_lines(result),
+        ]
+    )
+
+
+def comparison_lines(result: Result) -> list[str]:
+    """Returns the tables of "fidelity" and "waveforms" of a result."""
     fidelity = [
         (quality, group, str(far["notes"]), f"{far['frequency']:.1%}", f"{far['most_frequency']:.1%}",
          f"{far['worst_frequency']:.1%}", f"{far['brighter']:+.1%}",
@@ -291,21 +309,10 @@ def table(result: Result) -> str:
         for quality, kinds in result["waveforms"].items()
         for kind, row in kinds.items()
     ]
-    return "\n".join(
-        [
-            f"{result['preset']}, {result['strings']} strings popped at once at velocity 127, again, then sixteenths; "
-            f"{result['rate_hz'] / 1e3:g} kHz; times of a block in parts of its deadline",
-            *columns([HEAD, *map(_cells, [*result["rows"], *result["team"], result["moonshot"]])]),
-            "quiet: the best run of each block, without what else the machine did",
-            "fit: how many strings can be popped at once with every block in time, plain / quiet",
-            "",
-            *([*columns([FIDELITY_HEAD, *fidelity], left=2), *EXPLAINED, ""] if fidelity else []),
-            *([*columns([WAVEFORM_HEAD, *waveform], left=2), *WAVEFORM_EXPLAINED, ""] if waveform else []),
-            *columns([TARGET_HEAD, *targets]),
-            "",
-            *load_lines(result),
-        ]
-    )
+    return [
+        *([*columns([FIDELITY_HEAD, *fidelity], left=2), *EXPLAINED, ""] if fidelity else []),
+        *([*columns([WAVEFORM_HEAD, *waveform], left=2), *WAVEFORM_EXPLAINED, ""] if waveform else []),
+    ]
 
 
 def _cells(row: Row) -> tuple[str, ...]:

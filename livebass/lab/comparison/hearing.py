@@ -8,7 +8,7 @@ bad one. Both notes begin with their attack, last equally long and are equally l
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import PurePath
@@ -99,16 +99,21 @@ def check_hearing() -> None:
     check_installed("--hear", "hear", ("zimtohrli", "scipy.signal"))
 
 
+def judge() -> Callable[[Floats, Floats], float]:
+    """Returns the model: the MOS of two sounds, (n,) each, at RATE. Raises LookupError without the extra `hear`."""
+    check_hearing()
+    import zimtohrli
+
+    distance = zimtohrli.Pyohrli().distance
+    return lambda one, other: float(zimtohrli.mos_from_zimtohrli(distance(one, other)))
+
+
 def hearing(basses: Sequence[Bass], progress: Progress | None = None) -> Hearing:
     """Returns each bass beside the real ones among them, without itself, tracked by `progress`.
 
     Raises LookupError without the extra `hear`.
     """
-    check_hearing()
-    import zimtohrli
-
-    distance = zimtohrli.Pyohrli().distance
-    mos = zimtohrli.mos_from_zimtohrli
+    mos = judge()
     step = steps(progress, max(1, sum(len(bass.notes) for bass in basses)))
     made: dict[int, Floats] = {}
 
@@ -129,7 +134,7 @@ def hearing(basses: Sequence[Bass], progress: Progress | None = None) -> Hearing
             for other, n in alike[:CANDIDATES]:
                 count = min(sound(note).size, sound(n).size)
                 if count >= SHORTEST * RATE:
-                    scores.append((float(mos(distance(sound(note)[:count], sound(n)[:count]))), other, n))
+                    scores.append((mos(sound(note)[:count], sound(n)[:count]), other, n))
             if scores:
                 best, other, n = max(scores, key=lambda score: score[0])
                 nearest.append(
