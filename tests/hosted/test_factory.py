@@ -138,7 +138,7 @@ def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle:
 
 @LINUX
 def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) -> None:
-    """As `render` plays the sound, but for values that the host rounds to 32 bits."""
+    """As `render` plays the sound, but for values that the host rounds to 32 bits: contacts amplify that."""
     vst3.write_presets(BASSES, tmp_path)
     plugin = package("pedalboard", "").load_plugin(str(vst3_bundle), plugin_name="livebass")
     name = next(name for name in FACTORY if dict(load_preset(name).played).get("gain", 0.0) == 0.0)
@@ -148,4 +148,4 @@ def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) ->
     n = len(wanted) - RATE // 20
     plugin.relief_under_overload = False
     sound = plugin(messages_in_s(score), (n + 0.25) / RATE, RATE, 1, 512, True)[0]
-    assert np.abs(sound[:n] - wanted[:n]).max() < 1e-4 * np.abs(wanted).max()
+    assert np.abs(sound[:n] - wanted[:n]).max() < 5e-4 * np.abs(wanted).max()

@@ -34,7 +34,7 @@ note do not ring on under the next.
 
 import numpy as np
 
-from livebass.compiling import compiled, jit
+from livebass.compiling import apart, compiled, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
 from livebass.kernels.string import modal
@@ -432,7 +432,7 @@ def next_answer(string):
     return rotate_answers(a, (voice.answering + BLOCK - 1) // BLOCK * BLOCK)
 
 
-@jit
+@apart
 def excite_answers(string, ops, step, frame, due):
     """Exchanges energy with the answers after a `frame`, in which the string has moved to fine step `step`.
 

@@ -11,7 +11,7 @@ note act (touch.py). Qualities with float64 modes alone have no quartets, but th
 `ops` the operators of its frets. [audio thread]
 """
 
-from livebass.compiling import jit
+from livebass.compiling import apart, jit
 from livebass.kernels.string import answers, modal, quartet, tension, touch, turning
 from livebass.kernels.string.looks import look_ahead
 from livebass.kernels.string.records import MAX_NEAR, NONE, QUARTET, WHOLE
@@ -55,7 +55,7 @@ def is_handled(voice, slot):
     return is_touched(voice)
 
 
-@jit
+@apart
 def begin(string, ops):
     """Moves the string by a quartet, and keeps what its pickups sense in its frames."""
     voice = string.voice
@@ -121,7 +121,7 @@ def next_frame(string, ops):
     answers.excite_answers(string, ops, voice.step, voice.frame - 1, True)
 
 
-@jit
+@apart
 def stop(string, ops):
     """Ends a quartet before its end, if there is one: an event comes. The string moves on by single frames."""
     voice = string.voice

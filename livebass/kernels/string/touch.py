@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import apart, jit
 from livebass.kernels.machine.elementary import exp, sin
 from livebass.kernels.string import modal, quartet
 from livebass.kernels.string.operators import KAPPA, coefficient
@@ -263,7 +263,7 @@ def touch_string(voice, slot, op, due):
         damp_ended(voice, slot, op)
 
 
-@jit
+@apart
 def damp_ended(voice, slot, op):
     """Damps an ended note with all fingers for a quartet of frames."""
     over_mass = QUARTET * op.steps * op.fine / linear_density(op)

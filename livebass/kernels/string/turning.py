@@ -27,7 +27,7 @@ OPERATOR, `voice` its string's VOICE. [audio thread]
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import apart, jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import invalidate_contact, is_touching
@@ -118,7 +118,7 @@ def count_frame(slot):
     return slot.fourth == 0
 
 
-@jit
+@apart
 def exchange(voice, slot, op, step, due):
     """Exchanges energy between u and v if it is `due`, or owed, after the slot has moved to fine step `step`."""
     n = min(max(slot.active, slot.v_active), op.turned)
