@@ -67,9 +67,8 @@ def run(tree: Path, *arguments: str) -> float:
     """Runs livebass from a tree; returns its processor time, s."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     environment = {**os.environ, "PYTHONPATH": str(tree)}
-    subprocess.run(
-        [sys.executable, "-m", "livebass", *arguments], cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL
-    )
+    command = [sys.executable, "-m", "livebass", *arguments]
+    subprocess.run(command, cwd=tree, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -81,6 +80,8 @@ def main() -> None:
     parser.add_argument("jobs", nargs="*", default=[""], metavar="TEXT", help="only jobs whose name contains it")
     given = parser.parse_intermixed_args()
     trees = [given.other.resolve(), HERE]
+    if not (trees[0] / "livebass" / "__main__.py").is_file():
+        parser.error(f"{given.other}: no checkout of livebass")
     with tempfile.TemporaryDirectory() as folder:
         song, sound = Path(folder) / "song.mid", Path(folder) / "sound.wav"
         for name, (line, preset, quality) in JOBS.items():

@@ -47,7 +47,7 @@ def fours(low, high):
 
 
 @jit
-def prepare_of(rows, n, first, omega, h, kicked):
+def prepare_of(rows, n, first, omega, ideal, h, kicked):
     whole, two = rows.leaps[WHOLE], rows.leaps[TWO]
     for j in range(n):
         a, b, g = whole.a[j], whole.b[j], whole.g[j]
@@ -56,7 +56,8 @@ def prepare_of(rows, n, first, omega, h, kicked):
         two.g[j] = like(rows, 2.0) * a * g
         rows.later_q[j] = -(rows.pace[j] * g + rows.sigma[j] * a)
         rows.later_p[j] = rows.pace[j] * a - rows.sigma[j] * b
-        number, turn = number_like(rows, first + j), like(rows, omega[j] * h)
+        number = number_like(rows, first + j)
+        turn = like(rows, h * max(omega[j], ideal * np.float64(number)))
         pull = like(rows, 0.5 * QUARTET) * rows.tense[j]
         give = like(rows, 0.5 * QUARTET) * number * number * rows.pace[j] / like(rows, omega[j] * omega[j])
         kick = like(rows, QUARTET) * turn < kicked
@@ -71,8 +72,9 @@ def prepare(w, op):
         return
     w.fours = 1
     split, h = w.split, op.steps * op.fine
-    prepare_of(w.low, split, np.int64(0), w.omega, h, KICKED)
-    prepare_of(w.high, op.padded - split, split, w.omega[split:], h, 0.0)
+    ideal = np.pi / op.length * op.speed  # rad/s, of the fundamental without a bend, which limits the tension, too
+    prepare_of(w.low, split, np.int64(0), w.omega, ideal, h, KICKED)
+    prepare_of(w.high, op.padded - split, split, w.omega[split:], ideal, h, 0.0)
 
 
 # Motion

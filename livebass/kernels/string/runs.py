@@ -17,6 +17,8 @@ from livebass.kernels.string.looks import look_ahead
 from livebass.kernels.string.records import MAX_NEAR, NONE, QUARTET, WHOLE
 from livebass.kernels.string.slot import REST_EVERY, is_exact, is_touched
 
+LOWEST, HIGHEST = 0.5, 2.0  # tuning of a string: bent farther, the shears of tension (quartet.py) may be unstable
+
 
 @jit
 def may_begin(string, ops):
@@ -31,7 +33,7 @@ def may_begin(string, ops):
         return False
     op = ops[slot.fret]
     end = voice.step + QUARTET * op.steps
-    if is_exact(op):
+    if is_exact(op) or not LOWEST <= slot.ratio <= HIGHEST:
         return False
     if op.points == 0 or end <= slot.quiet or end <= slot.due:
         return True
