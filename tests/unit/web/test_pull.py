@@ -73,9 +73,7 @@ def test_a_pull_sounds_as_simulated_with_the_same_numbers(
     wanted = output_signal(trial_of(apex, place, angle), load_preset(BASS).output)[: len(sound)]
     assert first == frame == 0  # from the release on
     highest = np.abs(wanted).max()
-    assert (
-        np.abs(sound - wanted).max() < CLOSE * highest and highest > 0.01
-    )  # contacts amplify four frames at once
+    assert np.abs(sound - wanted).max() < CLOSE * highest and highest > 0.01  # contacts amplify four frames at once
 
 
 def held(page: node.Page, string: int, fret: int, name: str) -> dict[str, Any]:
