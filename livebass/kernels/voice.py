@@ -76,20 +76,14 @@ def run(string, ops, events, count, out, across):
             tone.follow_blend(voice)
         if voice.left == 0 and runs.may_begin(string, ops):
             runs.begin(string, ops)
-        if voice.left > 0:
+        runs_on = voice.left > 0
+        if runs_on:
             runs.read_sample(voice, taps)
-            noise.hear_hands(voice, taps)
-            held = hold_sample(string, held)
-            if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
-                held = filter_batch(string, out, i + 1, held)
-            runs.next_frame(string, ops)
-            rest_in_time(string, ops)
-            i += 1
-            continue
-        slot = string.slots[voice.slot]
-        if slot.on:
-            pulling.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
-        sense_string(string, ops, taps)
+        else:
+            slot = string.slots[voice.slot]
+            if slot.on:
+                pulling.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
+            sense_string(string, ops, taps)
         noise.hear_hands(voice, taps)
         if voice.raw:
             out[i] = taps[0]
@@ -100,7 +94,11 @@ def run(string, ops, events, count, out, across):
             held = hold_sample(string, held)
             if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
                 held = filter_batch(string, out, i + 1, held)
-        move_string(string, ops)
+        if runs_on:
+            runs.next_frame(string, ops)
+        else:
+            move_string(string, ops)
+        rest_in_time(string, ops)
         i += 1
     filter_batch(string, out, i, held)
     return used
@@ -422,7 +420,6 @@ def move_string(string, ops):
     answers.excite_answers(string, ops, after, voice.frame, own_due)
     voice.step = after
     voice.frame += 1
-    rest_in_time(string, ops)
 
 
 @jit

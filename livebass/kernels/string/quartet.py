@@ -25,7 +25,6 @@ from livebass.kernels.string.modal import (
     number_like,
     one,
     over,
-    velocity,
 )
 from livebass.kernels.string.operators import low_part, tap_row
 from livebass.kernels.string.records import QUARTET, TWO, WHOLE
@@ -197,7 +196,7 @@ def sense_1(rows, across, n, weight, heard, push):
     v0 = v1 = v2 = v3 = like(rows, 0.0)
     for j in range(n):
         q, p, r, s = rows.q[j], rows.p[j], across.q[j], across.p[j]
-        v0 += weight[j] * (velocity(rows, j) + heard * velocity(across, j))
+        v0 += weight[j] * (velocity_at(rows, j, q, p) + heard * velocity_at(across, j, r, s))
         v1 += weight[j] * (velocity_later(rows, j, q, p) + heard * velocity_later(across, j, r, s))
         q, p = middle(rows, j, q, p, push)
         r, s = middle(across, j, r, s, push)
@@ -215,7 +214,7 @@ def sense_2(rows, across, n, taps, heard, push):
     v0 = v1 = v2 = v3 = w0 = w1 = w2 = w3 = like(rows, 0.0)
     for j in range(n):
         q, p, r, s = rows.q[j], rows.p[j], across.q[j], across.p[j]
-        moving, aside = velocity(rows, j), velocity(across, j)
+        moving, aside = velocity_at(rows, j, q, p), velocity_at(across, j, r, s)
         v0 += weight[j] * (moving + of_v * aside)
         w0 += other[j] * (moving + of_v_there * aside)
         moving, aside = velocity_later(rows, j, q, p), velocity_later(across, j, r, s)

@@ -52,7 +52,7 @@ def tighten_by_motion(voice, slot, op, h):
 
 @jit
 def push_by(voice, op, h, total):
-    """What the tension takes from velocities in `h` s, per j^2 q_j; `total` (m): integral of the squared slope."""
+    """Kick of a velocity in `h` s, per j^2 q_j, by the tension that motion adds; `total` (m): its squared slope."""
     mu, k1 = linear_density(op), np.pi / op.length
     return h / mu * k1 * k1 * min(voice.stretch * total, MAXIMUM * mu * op.speed * op.speed)
 

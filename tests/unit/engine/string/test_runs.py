@@ -37,8 +37,8 @@ def sound(preset: str, i: int, apex: float, fret: int, singly: bool) -> tuple[Fl
 
 
 @pytest.mark.parametrize("preset", FRETTED)
-@pytest.mark.parametrize(("apex", "most", "median"), [(0.4e-3, -75.0, -90.0), (1.5e-3, -45.0, -60.0)])
-def test_they_sound_as_single_frames(preset: str, apex: float, most: float, median: float) -> None:
+@pytest.mark.parametrize(("apex", "maximum", "median"), [(0.4e-3, -75.0, -90.0), (1.5e-3, -45.0, -60.0)])
+def test_they_sound_as_single_frames(preset: str, apex: float, maximum: float, median: float) -> None:
     """Clear of the frets down to rounding; on them by what contact makes of it. The string hits them as often."""
     apart = []
     for i in (0, 3):
@@ -47,7 +47,7 @@ def test_they_sound_as_single_frames(preset: str, apex: float, most: float, medi
             assert not np.array_equal(four, one), "four at once"
             assert abs(hits - wanted) <= 1 and (hits > 0) == (apex > 1e-3)
             apart.append(db(float(np.linalg.norm(four - one) / np.linalg.norm(one))))
-    assert max(apart) < most and np.median(apart) < median, apart
+    assert max(apart) < maximum and np.median(apart) < median, apart
 
 
 @pytest.mark.parametrize("preset", FRETTED)
@@ -80,9 +80,8 @@ def ahead(string: Played, slot: np.void, op: np.void, frames: Floats) -> Floats:
     amplitude = q - 1j * p / (kappa * omega)
     points = int(op["points"])
     places = np.array((ctypes.c_double * points).from_address(int(op["positions"]))[:])
-    shapes = np.sqrt(2 / float(op["length"])) * np.sin(
-        np.outer(places, np.arange(1, n + 1)) * np.pi / float(op["length"])
-    )
+    waves = np.arange(1, n + 1) * np.pi / float(op["length"])
+    shapes = np.sqrt(2 / float(op["length"])) * np.sin(np.outer(places, waves))
     return np.asarray(shapes @ (amplitude[:, None] * turned).real)
 
 
