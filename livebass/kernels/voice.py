@@ -11,7 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, records, reports, stop, tension, touch, turning
+from livebass.kernels.string import answers, glide, modal, records, reports, runs, stop, tension, touch, turning
 from livebass.kernels.string.slot import REST_EVERY, allow_exchange, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
@@ -46,6 +46,7 @@ def run(string, ops, events, count, out, across):
     while i < out.shape[0]:
         if used < count and events[used].frame <= voice.frame:
             held = filter_batch(string, out, i, held)
+            runs.stop(string, ops)
         while used < count and events[used].frame <= voice.frame:
             reports.remember(voice, events[used])
             handle_event(string, ops, events[used])
@@ -73,6 +74,18 @@ def run(string, ops, events, count, out, across):
         if voice.blend != voice.blend_wanted:
             held = filter_batch(string, out, i, held)
             tone.follow_blend(voice)
+        if voice.left == 0 and runs.may_begin(string, ops):
+            runs.begin(string, ops)
+        if voice.left > 0:
+            runs.read_sample(voice, taps)
+            noise.hear_hands(voice, taps)
+            held = hold_sample(string, held)
+            if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
+                held = filter_batch(string, out, i + 1, held)
+            runs.next_frame(string, ops)
+            rest_in_time(string, ops)
+            i += 1
+            continue
         slot = string.slots[voice.slot]
         if slot.on:
             pulling.excite(voice, slot, glide.current_operator(string, ops, voice.slot))
@@ -367,7 +380,7 @@ def move_string(string, ops):
     if voice.denominator > 1:
         after = -(-after // voice.denominator)  # rounded up: a tap may look back, not ahead
     steps = after - voice.step
-    tighter = 0.0
+    tighter, own_due = 0.0, False
     if sliding.is_vibrating(voice):
         tighter = sliding.vibrato_tension(voice, string.slots[voice.slot])
     for k in range(2):
@@ -397,17 +410,25 @@ def move_string(string, ops):
             stop.advance_stop(slot, op, steps * op.fine, after)
         elif slot.sunk > 0:
             stop.raise_obstacles(slot, op, after)
-        touch.damp_by_touches(voice, slot, op)
+        due = turning.count_frame(slot)
+        own_due = own_due or (due and k == voice.slot)
+        touch.touch_string(voice, slot, op, due)
         if voice.stretch > 0.0 and slot.active > 0 and not slot.steady:
             tension.tighten_by_motion(voice, slot, op, steps * op.fine)
         if tighter != 0.0:
             tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)
         if op.turned > 0:
-            turning.exchange(voice, slot, op, after)
-    if voice.idle != 0:
-        answers.excite_answers(string, ops, after)
+            turning.exchange(voice, slot, op, after, due)
+    answers.excite_answers(string, ops, after, voice.frame, own_due)
     voice.step = after
     voice.frame += 1
+    rest_in_time(string, ops)
+
+
+@jit
+def rest_in_time(string, ops):
+    """Every REST_EVERY frames, drops what is dead, and marks a string at rest as still."""
+    voice = string.voice
     if is_time_to_rest(voice, voice.frame):
         answers.drop_dead_answers(string)
         for k in range(2):

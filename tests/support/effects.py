@@ -7,13 +7,25 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.bass.instrument import INSTRUMENT
 from livebass.kernels.effects import chain
 from livebass.kernels.effects.records import EFFECTS, effects_at
+from livebass.kernels.machine.native import record_at
+from livebass.rows.techniques import CABINETS, LIMITING
+
+RATE = 44_100
+CHOICES = {"cabinet": CABINETS, "limiter": LIMITING}
+instrument_at = record_at(INSTRUMENT)
 
 
 @jit
 def play_chain(address: int, sound: Any, flags: Any, frame: int, knobs: int, stride: int) -> None:
     chain.play_effects(effects_at(address), sound, flags, frame, knobs, stride, len(sound))
+
+
+@jit
+def equip(address: int, numbers: int) -> None:
+    chain.take_amp(address, instrument_at(numbers))
 
 
 class InMemory:
@@ -41,3 +53,21 @@ class InMemory:
             at += size
             self.frame += size
         return out
+
+
+class Amp(InMemory):
+    """Effects with these knobs of the bass."""
+
+    def __init__(self, rate: int = RATE, /, compression: float = 0.0, drive: float = 0.0, **own: Any) -> None:
+        super().__init__(rate, compression, drive)
+        numbers = np.zeros(1, INSTRUMENT)
+        for name, value in own.items():
+            numbers[name] = CHOICES[name].index(value) if name in CHOICES else value
+        equip(self.address, numbers.ctypes.data)
+
+    def gain(self, hertz: np.ndarray, size: float = 1e-3) -> np.ndarray:
+        """The complex gain at these frequencies, by an impulse of `size`."""
+        impulse = np.zeros(self.rate)
+        impulse[0] = size
+        out = self.play(impulse).astype(float) / size
+        return np.array([np.sum(out * np.exp(-2j * np.pi * f / self.rate * np.arange(len(out)))) for f in hertz])

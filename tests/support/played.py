@@ -11,7 +11,7 @@ from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
-from livebass.kernels.string.records import BLOCK, EVENT
+from livebass.kernels.string.records import BLOCK, EVENT, GAIN
 from livebass.model.instrument import Instrument
 from livebass.model.neck import Admittance
 from livebass.model.quality import MAX_MODES
@@ -58,6 +58,17 @@ class Played:
         play_frames(self.voice, self.ops, events, self.out)
         self.frame += 1
 
+    def let_ring(self, seconds: float) -> None:
+        """Plays on without events."""
+        out = np.zeros(round(seconds * RATE))
+        play_frames(self.voice, self.ops, np.zeros(0, EVENT), out)
+        self.frame += len(out)
+
+    def slot(self) -> np.void:
+        """The slot that plays."""
+        found: np.void = self.voice.slots[int(self.record["slot"])]
+        return found
+
     def energy(self) -> float:
         """Energy (J) of both slots, without the share stored in contacts."""
         total = 0.0
@@ -102,4 +113,11 @@ def event(kind: int, fret: int = 0, **values: float) -> np.ndarray:
     made["kind"], made["fret"] = kind, fret
     for name, value in values.items():
         made[name] = value
+    return made
+
+
+def single_frames(first: int, last: int) -> np.ndarray:
+    """Events that change nothing, one in each frame from `first` to before `last`: none moves together with others."""
+    made = np.concatenate([event(GAIN, value=1.0)] * (last - first))
+    made["frame"] = np.arange(first, last)
     return made

@@ -306,8 +306,7 @@ def drive_valve(e, requested, n):
             y = 0.5 * e.level * (branch(e.down, 0, odd) + branch(e.down, 1, even))
             out = stack_tone(e, e.tone, y)
         if e.fine > 0.0:
-            blended = blend_valve(e, x)
-            out = blended if e.fine == 1.0 else out + e.fine * (blended - out)
+            out += e.fine * (blend_valve(e, x) - out)
             e.amp[j] = 1.0
         e.sound[j] = out if e.wet == 1.0 else x + e.wet * (out - x)
         e.heard[j] = 1.0

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import end_pull, grip, release_held_shape, shapes_of_pluck
 from livebass.kernels.machine.native import copy_record
-from livebass.kernels.string import glide, handover, modal, stop
+from livebass.kernels.string import glide, handover, modal, runs, stop
 from livebass.kernels.string.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -73,7 +73,7 @@ def change_fret(string, ops, fret, finger, held):
     load_slot(string, ops, k, fret)
     new.on = 1
     new.hand = old.hand
-    new.turned_for, new.owed = old.turned_for, old.owed
+    new.fourth, new.owed = old.fourth, old.owed
     new.safety = max(old.safety, SAFETY_HANDED if op.length > to.length else SAFETY)
     if old.v_active > 0 or old.stop_v.place != 0.0:
         wake_v(new, to)
@@ -212,6 +212,7 @@ def change_operators(string, old, ops):
 
     Both have whole fine steps per frame. Shared modes keep displacement and velocity.
     """
+    runs.stop(string, old)
     voice = string.voice
     voice.numerator = ops[0].steps
     voice.step = voice.frame * voice.numerator

@@ -21,10 +21,10 @@ all others as its own oscillators and sounds them itself: no string waits for an
 meet, one passes its answer on to the other by the part Im G of the same exchange, which keeps energy whatever else is
 exchanged.
 
-The exchange is passive. Once in EVERY frames a pair advances by its exact flow, whose energy norm is exp(|Re G| t): the
-losses of both lines are greater, as Re G is kept below the limit they allow. Pairs of one line share that limit: those
-with the greatest effect come first. While the string presses on a fret, or owes exchanges between u and v, its pairs
-wait.
+The exchange is passive. Once in EVERY frames, after a quartet of them, a pair advances by its exact flow, whose energy
+norm is exp(|Re G| t): the losses of both lines are greater, as Re G is kept below the limit they allow. Pairs of one
+line share that limit: those with the greatest effect come first. While the string presses on a fret, or owes exchanges
+between u and v, its pairs wait.
 
 Unless these RING_ON, hands that move to another fret mute the idle strings in passing, for MOVING s: answers to one
 note do not ring on under the next.
@@ -41,7 +41,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import number_at, tap_row
-from livebass.kernels.string.records import BLOCK, MAX_LINKS, RING_ON, THERE, UNKNOWN
+from livebass.kernels.string.records import BLOCK, MAX_LINKS, QUARTET, RING_ON, THERE, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 from livebass.kernels.string.turning import along_axis
 
@@ -345,8 +345,8 @@ def set_flow(flow, x, y, r):
 
 
 @jit
-def exchange(string, slot, op, step):
-    """Exchanges energy in the pairs due this frame, after the slot has moved to fine step `step`.
+def exchange(string, slot, op, step, frame):
+    """Exchanges energy in the pairs due in a `frame`, after the slot has moved to fine step `step`.
 
     A note that hands are ending no longer exchanges energy: answers must not keep its string awake.
     """
@@ -359,7 +359,7 @@ def exchange(string, slot, op, step):
         if voice.answering:
             voice.hands_until = voice.frame + round(MOVING * voice.rate)
     find_pairs(string, slot, op)
-    for p in range((voice.frame - voice.begun) % EVERY, a.pairs, EVERY):
+    for p in range((frame - voice.begun) % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
         flow = a.flow[p]
         own_q, own_p = modal.state_of(u, i)
@@ -383,10 +383,10 @@ def exchange(string, slot, op, step):
 
 
 @jit
-def pass_on(string):
-    """Passes answers on in the links due this frame."""
+def pass_on(string, frame):
+    """Passes answers on in the links due in a `frame`."""
     voice, a = string.voice, string.answers
-    for p in range((voice.frame - voice.begun) % EVERY, a.links, EVERY):
+    for p in range((frame - voice.begun) % EVERY, a.links, EVERY):
         g, h = a.link_ends[p, 0], a.link_ends[p, 1]
         k, m = a.place[g], a.place[h]
         idle = (voice.idle >> a.string[g]) & (voice.idle >> a.string[h]) & 1
@@ -433,14 +433,20 @@ def next_answer(string):
 
 
 @jit
-def excite_answers(string, ops, step):
-    """Exchanges energy with the answers, after the string has moved to fine step `step`."""
+def excite_answers(string, ops, step, frame, due):
+    """Exchanges energy with the answers after a `frame`, in which the string has moved to fine step `step`.
+
+    A string that sounds does so if it is `due`: after a quartet, for all its frames.
+    """
     voice, a = string.voice, string.answers
     slot = string.slots[voice.slot]
-    if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
-        exchange(string, slot, ops[slot.fret], step)
-    if voice.idle != 0 and voice.answering:
-        pass_on(string)
+    if voice.idle == 0 or (slot.on and not due):
+        return
+    for before in range(QUARTET - 1 if slot.on else 0, -1, -1):
+        if slot.on and a.count > 0 and not voice.cut:
+            exchange(string, slot, ops[slot.fret], step, frame - before)
+        if voice.answering:
+            pass_on(string, frame - before)
 
 
 @jit

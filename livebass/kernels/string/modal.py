@@ -1099,6 +1099,7 @@ def retune(w, op, rows, ratio):
     retune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     retune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
     set_tense(w, op.padded)
+    w.fours = 0
 
 
 @jit
@@ -1119,6 +1120,7 @@ def tune(w, op):
     split = lower(w, op.padded)
     tune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     tune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
+    w.fours = 0
 
 
 @jit
@@ -1156,6 +1158,7 @@ def take_coefficients(w, op, rows):
     copy_row(w.low.sigma, w.sigma, split)
     copy_row(w.high.sigma, w.sigma[split:], n - split)
     set_tense(w, n)
+    w.fours = 0
 
 
 @jit

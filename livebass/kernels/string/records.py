@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from livebass.kernels.machine.noise import BAND
-from livebass.rows.parts import TURNED_MODES
+from livebass.rows.parts import EXCHANGE_EVERY, TURNED_MODES
 
 ROW = 1048  # the most modes, and the most contact points, of one string
 DOUBLE, SINGLE = 8, 4  # bytes
@@ -86,6 +86,11 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
             _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q
             _row("kappa", kind),
             _row("tense", kind),  # j^2 kappa, j from 1: what tension takes from P per displacement (tension.py)
+            # for four frames at once (quartet.py): velocity after a frame, from q and from P ...
+            _row("later_q", kind),
+            _row("later_p", kind),
+            _row("pull", kind),  # ... and what tension takes from P, in halves, and adds to q
+            _row("give", kind),
             _row("sigma", kind),
         ]
     )
@@ -93,6 +98,8 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
 
 LOW_ROWS, HIGH_ROWS = _rows_of_modes("f8"), _rows_of_modes("f4")
 WHOLE, PART, LONGER = 0, 1, 2  # leaps: one frame; part of a frame; one fine step more, if frames are no whole steps
+TWO = LONGER  # if they are: two frames (quartet.py)
+QUARTET = EXCHANGE_EVERY  # frames that a string takes at once; then u and v exchange energy
 
 # Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(
@@ -117,6 +124,7 @@ WORK = on_lines(
         ("low", LOW_ROWS),
         ("high", HIGH_ROWS),  # in the memory behind the first LOW modes of `low`: it has no modes unless `split` is LOW
         ("split", "i8"),
+        ("fours", "i8"),  # 1: the coefficients for four frames at once belong to the others
         # the modes' other rows, which events read, in float64. Coefficients: the operator's (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
         _row("p"),
@@ -272,11 +280,12 @@ SLOT = on_lines(
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v's working set is ready ...
         ("v_active", "i8"),  # ... and its number of modes not known to be dead; 0: v rests
-        ("turned_for", "i8"),  # frames since u and v last exchanged, or began to move ...
-        ("owed", "i8"),  # ... and exchanges that wait because the string presses on something
+        ("fourth", "i8"),  # frames, 0 to 3, since the last quartet, or since the string began to move
+        ("owed", "i8"),  # exchanges of u and v that wait because the string presses on something
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a check
         ("quiet", "i8"),  # fine step before which no contact is possible without an event
+        ("doubted", "i8"),  # fine step before which nobody looks ahead again (looks.py)
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
         ("heard", "i8"),  # modes that the audio rate can carry, rounded up to a whole BLOCK
         ("fastest", "f8"),  # m/s, upper bound for all points of the string
@@ -307,7 +316,7 @@ SLOT = on_lines(
         ("touch_product", "f8", (TOUCHES, DASHPOTS)),  # ... and of products of two of them: 0 1, 0 2, 1 2 ...
         ("touch_products_for", "i8", (TOUCHES,)),  # ... over this many modes ...
         ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that the finger moves
-        ("touch_key", "f8", (TOUCHES, 3)),  # key of these: place, width, operator
+        ("touch_key", "f8", (TOUCHES, 4)),  # key of these: place, width, operator, whether the note has ended
         ("touch_factor", "f8", (TOUCHES, DASHPOTS)),  # c of each dashpot ...
         ("touch_factor_key", "f8", (TOUCHES,)),  # ... and the resistance that is its key; 0: none
         ("touch_kept", "f8"),  # factor per frame for waves wholly on the fingers ...
@@ -403,6 +412,8 @@ VOICE = np.dtype(
         # the state: another version of the bass takes it over (live/thread/carry.py)
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
+        ("left", "i8"),  # frames that are left of a quartet, whose motion is done (runs.py) ...
+        ("run", "f8", (8, QUARTET)),  # ... and displacement and velocity at each pickup in all its frames
         ("slot", "i8"),  # the playing slot
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pulse", "f8"),  # `safety` for the next pluck

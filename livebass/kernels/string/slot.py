@@ -32,7 +32,7 @@ def load(slot, op, step):
     slot.heard = op.tap_modes
     slot.v_ready = 0
     slot.v_active = 0
-    slot.turned_for = 0
+    slot.fourth = 0
     slot.owed = 0
     slot.safety = SAFETY
     slot.active = 0
@@ -108,6 +108,7 @@ def wake_slot(slot, op, step):
         slot.fastest = slot.safety * rms_velocity_with_answers(slot, op, op.padded) + SLACK
     slot.due = step
     slot.quiet = UNKNOWN
+    slot.doubted = UNKNOWN
     slot.steady = 0
     u.due[: op.points] = UNKNOWN
     u.known_at[: op.points] = UNKNOWN
@@ -223,6 +224,15 @@ def is_steady(voice, op, steepest):
 
 
 @jit
+def is_touched(voice):
+    """True if a finger lies on the string, comes or leaves."""
+    touched = False
+    for i in range(TOUCHES):
+        touched = touched or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
+    return touched
+
+
+@jit
 def rest_slot(slot, op, voice):
     """Drops dead modes, limits the motion, and marks the string as quiet if it can no longer touch.
 
@@ -257,9 +267,7 @@ def rest_slot(slot, op, voice):
         slot.fastest = slot.safety * turning.rms_velocity_soon(voice, slot, op, REST_EVERY) + SLACK
     else:
         slot.fastest = min(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
-    fingers = False  # these may pass motion on to other modes
-    for i in range(TOUCHES):
-        fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
+    fingers = is_touched(voice)  # these may pass motion on to other modes
     still = voice.depth == 0.0 and voice.depth_wanted == 0.0  # a vibrato widens the motion
     widest = modal.amplitude_sum(u, slot.active) + slot.answer_sum
     reach = np.sqrt(2.0 / op.length)

@@ -14,7 +14,7 @@ frequencies reset now and then would cause sidebands.
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.string import modal
+from livebass.kernels.string import modal, quartet
 from livebass.kernels.string.records import BLOCK
 from livebass.kernels.string.touch import linear_density
 
@@ -45,11 +45,24 @@ def tighten_by_motion(voice, slot, op, h):
         total = k1 * k1 * modal.slope_square_of_both(slot.u, slot.v, n)
     else:
         total = k1 * k1 * modal.slope_square(slot.u, n)
-    mu = linear_density(op)
-    maximum, for_each = MAXIMUM * mu * op.speed * op.speed, h / mu * k1 * k1  # while the sum is not yet known
-    push = for_each * min(voice.stretch * total, maximum)
+    push = push_by(voice, op, h, total)
     modal.tighten(slot.u, n, push)
     modal.tighten(slot.v, min(n, slot.v_active), push)
+
+
+@jit
+def push_by(voice, op, h, total):
+    """What the tension takes from velocities in `h` s, per j^2 q_j; `total` (m): integral of the squared slope."""
+    mu, k1 = linear_density(op), np.pi / op.length
+    return h / mu * k1 * k1 * min(voice.stretch * total, MAXIMUM * mu * op.speed * op.speed)
+
+
+@jit
+def push_ahead(voice, slot, op):
+    """The same for a frame of a quartet (quartet.py), by the slope in its middle."""
+    h, k1 = op.steps * op.fine, np.pi / op.length
+    n = modes_below(slot, op, h, 1.0, slot.active)
+    return push_by(voice, op, h, k1 * k1 * quartet.slope_square_ahead(slot.u, slot.v, n)) if n > 0 else 0.0
 
 
 @jit

@@ -16,6 +16,11 @@ it (modal.drop_dead_modes); |s|^2 is that of the others.
 Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
 Waves that lie wholly on the finger lose exp(-R h / (2 mu L)) per frame.
 
+Once they lie still, fingers on a note that has ended only let it die. There a finger is one dashpot, after each quartet
+of frames, h, on the velocity averaged under its pressure: s_j is phi_j at x, times exp(-(k a)^2 / 2), up to
+HIGHEST_ENDED. What this average misses of a wave is lost at once: amplitudes fall to 1 / (1 + R h (1 - exp(-(k a)^2)) /
+(2 mu L)). Both are passive at any R. Qualities with float64 modes alone have the three dashpots everywhere.
+
 A finger lands and lifts by a ramp of R. Places are from the saddle, so they survive fret changes. `slot` is a SLOT,
 `op` its operator. [audio thread]
 """
@@ -26,12 +31,13 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, sin
-from livebass.kernels.string import modal
+from livebass.kernels.string import modal, quartet
 from livebass.kernels.string.operators import KAPPA, coefficient
-from livebass.kernels.string.records import BLOCK, DASHPOTS, TOUCHES
-from livebass.kernels.string.slot import SAFETY_STRUCK, wake_slot
+from livebass.kernels.string.records import BLOCK, DASHPOTS, QUARTET, TOUCHES
+from livebass.kernels.string.slot import SAFETY_STRUCK, is_exact, wake_slot
 
-NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: limits of the modes that dashpots move
+NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: limits of the modes that dashpots move ...
+HIGHEST_ENDED = 2e3  # ... and on an ended note
 ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # the dashpots' places, of a; strengths, of R
 LANDING, LIFTING = 5e-3, 15e-3  # s
 STAYS = -1  # instead of the frames until a finger lifts
@@ -114,29 +120,48 @@ def follow_ramp(t, rate):
 
 
 @jit
+def are_settled(voice):
+    """True if no finger lands, lifts, or will lift by itself."""
+    for i in range(TOUCHES):
+        t = voice.touches[i]
+        if t.resistance != t.wanted or t.lifts > 0:
+            return False
+    return True
+
+
+@jit
 def dashpot(t, d):
     """Place (m from the saddle) and resistance (N s/m) of dashpot `d` of a finger."""
     return t.place + ASIDE[d] * t.width, PART[d] * t.resistance
 
 
 @jit
-def modes_under(op, width):
-    """Number of modes, in whole BLOCKs, that the dashpots of a finger of half width `width` (m) move."""
-    maximum = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
+def modes_under(op, width, highest):
+    """Number of modes, in whole BLOCKs, to `highest` (Hz), that dashpots of a finger of half width `width` (m) move."""
+    maximum = min(NARROWEST / max(width, 1e-4), 2 * np.pi * highest / op.speed)
     n = np.int64(maximum * op.length / np.pi) + 1
     return min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
 
 
 @jit
-def place_dashpots(slot, op, i, t):
-    """Computes the mode shapes at finger `i`'s dashpots, if its place, width or operator has changed."""
-    key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
-    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
-        return
+def is_placed(slot, op, i, t, ended):
+    """True if the shapes of finger `i` are up to date, as those of an `ended` note, 1, or not, 0; it sets their key."""
+    key = slot.touch_key[i]
+    if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == ended:
+        return True
     key[0] = t.place
     key[1] = t.width
     key[2] = op.coefficients
-    n = modes_under(op, t.width)
+    key[3] = ended
+    return False
+
+
+@jit
+def place_dashpots(slot, op, i, t):
+    """Computes the mode shapes at finger `i`'s dashpots, if its place, width or operator has changed."""
+    if is_placed(slot, op, i, t, 0.0):
+        return
+    kappa, n = coefficient(op, KAPPA), modes_under(op, t.width, HIGHEST)
     slot.touch_modes[i] = n
     k1 = np.pi / op.length
     shapes = slot.touch_shape[i]
@@ -148,6 +173,27 @@ def place_dashpots(slot, op, i, t):
             shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * kappa[j] / op.fine
         shape[op.modes : n] = 0.0
         modal.copy_row(slot.touch_shape_high[i, d], shape[op.split :], n - op.split)
+    slot.touch_products_for[i] = 0
+
+
+@jit
+def place_fingertip(slot, op, i, t):
+    """`place_dashpots` for an ended note: shapes 0 of the one dashpot, and 1, what it misses of each wave."""
+    if is_placed(slot, op, i, t, 1.0):
+        return
+    kappa, n = coefficient(op, KAPPA), modes_under(op, t.width, HIGHEST_ENDED)
+    slot.touch_modes[i] = n
+    k1 = np.pi / op.length
+    shape, missed = slot.touch_shape[i, 0], slot.touch_shape[i, 1]
+    x = min(max(op.length - t.place, 0.0), op.length)
+    for j in range(op.padded):
+        wave = modal.mode_number(j) * k1 * t.width
+        felt = exp(-0.5 * wave * wave)
+        missed[j] = 1.0 - felt * felt
+        if j < n:
+            shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * felt * kappa[j] / op.fine
+    shape[op.modes : n] = 0.0
+    modal.copy_row(slot.touch_shape_high[i, 0], shape[op.split :], n - op.split)
     slot.touch_products_for[i] = 0
 
 
@@ -179,9 +225,8 @@ def modes_to_damp(slot, i, t):
 
 
 @jit
-def dashpot_factor(t, d, square, over_mass):
-    """c of a finger's dashpot `d`; `square` (1/m): of its mode shapes; `over_mass`: h / mu (s m/kg)."""
-    _, resistance = dashpot(t, d)
+def dashpot_factor(resistance, square, over_mass):
+    """c of a dashpot of a `resistance` (N s/m); `square` (1/m): of its mode shapes; `over_mass`: h / mu (s m/kg)."""
     r = resistance * over_mass
     return r / max(1.0 + 0.5 * r * square, r * square)
 
@@ -193,7 +238,8 @@ def find_factors(slot, i, t, over_mass):
         return
     slot.touch_factor_key[i] = t.resistance
     for d in range(DASHPOTS):
-        slot.touch_factor[i, d] = dashpot_factor(t, d, slot.touch_square[i, d], over_mass)
+        _, resistance = dashpot(t, d)
+        slot.touch_factor[i, d] = dashpot_factor(resistance, slot.touch_square[i, d], over_mass)
 
 
 @jit
@@ -206,6 +252,63 @@ def linear_density(op):
 def characteristic_impedance(op):
     """mu c, kg/s."""
     return linear_density(op) * op.speed
+
+
+@jit
+def touch_string(voice, slot, op, due):
+    """Damps the slot with all fingers after a frame in which it has moved; `due`: it ends a quartet."""
+    if slot.hand == 1.0 or is_exact(op) or not are_settled(voice):
+        damp_by_touches(voice, slot, op)
+    elif due:
+        damp_ended(voice, slot, op)
+
+
+@jit
+def damp_ended(voice, slot, op):
+    """Damps an ended note with all fingers for a quartet of frames."""
+    over_mass = QUARTET * op.steps * op.fine / linear_density(op)
+    changed = pressed = False
+    for i in range(TOUCHES):
+        t = voice.touches[i]
+        pressed = pressed or t.resistance > 0.0
+        if t.resistance == 0.0:
+            changed = changed or slot.touch_factor_key[i] != 0.0
+            slot.touch_factor_key[i] = 0.0
+            continue
+        place_fingertip(slot, op, i, t)
+        n = min(slot.touch_modes[i], max(slot.active, slot.v_active))  # the others are known to be dead
+        shape, high = slot.touch_shape[i, 0], slot.touch_shape_high[i, 0]
+        if slot.touch_products_for[i] != n:
+            slot.touch_products_for[i] = n
+            slot.touch_factor_key[i] = 0.0
+            slot.touch_square[i, 0] = modal.dot(shape, shape, n)
+        if slot.touch_factor_key[i] != t.resistance:
+            slot.touch_factor_key[i] = t.resistance
+            slot.touch_factor[i, 0] = dashpot_factor(t.resistance, slot.touch_square[i, 0], over_mass)
+            changed = True
+        quartet.apply_dashpot(slot.u, slot.v, shape, high, slot.touch_factor[i, 0], n)
+        slot.active = max(slot.active, n) if slot.active > 0 else 0
+        slot.v_active = max(slot.v_active, n) if slot.v_active > 0 else 0
+    if not pressed:
+        return
+    kept, kept_high = slot.touch_shape[0, 2], slot.touch_shape_high[0, 2]
+    if changed:
+        fill_kept(voice, slot, op, kept, 0.5 * over_mass / op.length)
+        modal.copy_row(kept_high, kept[op.split :], op.padded - op.split)
+    quartet.fade_each(slot.u, kept, kept_high, slot.active)
+    quartet.fade_each(slot.v, kept, kept_high, slot.v_active)
+
+
+@jit
+def fill_kept(voice, slot, op, kept, decay):
+    """Fills `kept` with what all fingers' widths leave of each mode; `decay`: h / (2 mu L), s/kg."""
+    for j in range(op.padded):
+        kept[j] = 1.0
+    for i in range(TOUCHES):
+        lost, missed = decay * voice.touches[i].resistance, slot.touch_shape[i, 1]
+        if lost > 0.0:
+            for j in range(op.padded):
+                kept[j] /= 1.0 + lost * missed[j]
 
 
 @jit

@@ -12,7 +12,7 @@ omega alone:
     A_u' = -sigma_u A_u + (i e - d) A_v,   A_v' = -sigma_v A_v + (i e - d) A_u,   e = k / (2 sqrt(omega_u omega_v)),
 
 with relative errors of k / (4 omega^2). The operators of both have the least damping, that of one axis; Delta, the
-damping matrix less that, takes energy or none. Every EXCHANGE_EVERY frames a pair advances by its exact flow:
+damping matrix less that, takes energy or none. After every QUARTET of frames a pair advances by its exact flow:
 
     exp(t [[-Delta_u, g], [g, -Delta_v]]) = exp(-m t) (cosh z + sinh z / (z / t) [[-h, g], [g, h]]),   g = i e - d,
     m = (Delta_u + Delta_v) / 2,   h = (Delta_u - Delta_v) / 2,   z^2 = (h^2 + g^2) t^2,
@@ -32,14 +32,14 @@ from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import invalidate_contact, is_touching
 from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient_at, exchange_row
-from livebass.kernels.string.records import THERE
-from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MAX_OWED
+from livebass.kernels.string.records import QUARTET, THERE
+from livebass.rows.parts import EXCHANGES_AT_ONCE, MAX_OWED
 
 
 @jit
 def duration(voice, op):
     """Time (s) between two exchanges."""
-    return EXCHANGE_EVERY * op.fine * voice.numerator / voice.denominator
+    return QUARTET * op.fine * voice.numerator / voice.denominator
 
 
 @jit
@@ -108,24 +108,29 @@ def series(z, a, b, c):
 
 
 @jit
-def exchange(voice, slot, op, step):
-    """Exchanges energy between u and v if it is time, after the slot has moved to fine step `step`."""
-    n = min(max(slot.active, slot.v_active), op.turned)
-    if n == 0:  # a finger may hold the string: exchanges count from its release
-        slot.turned_for = 0
+def count_frame(slot):
+    """Counts a frame in which the slot has moved; True if it ends a quartet."""
+    if slot.active == 0 and slot.v_active == 0:  # a finger may hold the string: quartets count from its release
+        slot.fourth = 0
         slot.owed = 0
-        return
-    slot.turned_for += 1
-    if slot.turned_for == EXCHANGE_EVERY:
-        slot.turned_for = 0
+        return False
+    slot.fourth = (slot.fourth + 1) % QUARTET
+    return slot.fourth == 0
+
+
+@jit
+def exchange(voice, slot, op, step, due):
+    """Exchanges energy between u and v if it is `due`, or owed, after the slot has moved to fine step `step`."""
+    n = min(max(slot.active, slot.v_active), op.turned)
+    if due:
         slot.owed = min(slot.owed + 1, MAX_OWED)
     if slot.owed == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
         return
     set_flow(voice, slot, op)
-    due = min(slot.owed, EXCHANGES_AT_ONCE)
-    for _ in range(due):
+    times = min(slot.owed, EXCHANGES_AT_ONCE)
+    for _ in range(times):
         modal.exchange(slot.u, slot.v, slot.flow, slot.flow_scale, n)
-    slot.owed -= due
+    slot.owed -= times
     slot.active = max(slot.active, n)
     slot.v_active = max(slot.v_active, n)
     if slot.due <= step:  # points solved in this frame have moved
@@ -136,7 +141,7 @@ def exchange(voice, slot, op, step):
 @jit
 def exchanges_within(slot, frames):
     """The most exchanges that `frames` frames can bring."""
-    return slot.owed + frames // EXCHANGE_EVERY + 1
+    return slot.owed + frames // QUARTET + 1
 
 
 @jit

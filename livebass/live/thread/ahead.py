@@ -14,7 +14,7 @@ from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_3, floats_at, record_address, samples_at, words_at
-from livebass.kernels.string import answers
+from livebass.kernels.string import answers, runs
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MAX_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
@@ -45,9 +45,10 @@ def save(b, i):
         slot = string.slots[k]
         copy_row(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
         if slot.on:
-            move_u(save_row, save_single, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            op, begun = operator_of(b, i, slot.fret), string.voice.left > 0
+            move_u(save_row, save_single, saved_motion(a, place, k, 0), slot, op, begun)
             if slot.v_active > 0:
-                move_v(save_row, save_single, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
+                move_v(save_row, save_single, saved_motion(a, place, k, 1), slot, op, begun)
     n = string.voice.answering
     copy_row(saved_answers(a, place, 0), string.answers.line, n)
     copy_row(saved_answers(a, place, 1), string.answers.q, n)
@@ -74,15 +75,16 @@ def go_back(b, i, frame):
             op = operator_of(b, i, slot.fret)
             clear_motion(slot.u, op.padded)
             clear_motion(slot.v, op.padded)
-            move_u(restore_row, restore_single, saved_motion(a, place, k, 0), slot, op)
+            move_u(restore_row, restore_single, saved_motion(a, place, k, 0), slot, op, False)
             if slot.v_active > 0:
-                move_v(restore_row, restore_single, saved_motion(a, place, k, 1), slot, op)
+                move_v(restore_row, restore_single, saved_motion(a, place, k, 1), slot, op, False)
             else:  # it had not moved yet: nothing was saved
                 invalidate_contact(slot.v, op)
     n = string.voice.answering
     string.voice.answering = 0
     lines, q, y = saved_answers(a, place, 0), saved_answers(a, place, 1), saved_answers(a, place, 2)
     answers.take_answers(string.voice, string.answers, n, lines, q, y)
+    runs.resume(string, operators_of(b, (b.coarse >> i) & 1)[i])
 
 
 @jit
@@ -117,20 +119,23 @@ def restore_single(at, row, n):
 
 
 @inlined
-def move_modes(move_row, move_single, at, w, n):
-    """Saves or restores the state of `n` modes, float64, then float32; returns the next address."""
+def move_modes(move_row, move_single, at, w, n, begun):
+    """Saves or restores the state of `n` modes, float64, then float32; returns the next address.
+
+    begun: the state before the quartet that has begun (runs.py).
+    """
     split = min(w.split, n)
-    at = move_row(at, w.low.q, split)
-    at = move_row(at, w.low.p, split)
-    at = move_single(at, w.high.q, n - split)
-    return move_single(at, w.high.p, n - split)
+    at = move_row(at, w.low.q_before if begun else w.low.q, split)
+    at = move_row(at, w.low.p_before if begun else w.low.p, split)
+    at = move_single(at, w.high.q_before if begun else w.high.q, n - split)
+    return move_single(at, w.high.p_before if begun else w.high.p, n - split)
 
 
 @inlined
-def move_u(move_row, move_single, at, slot, op):
+def move_u(move_row, move_single, at, slot, op, begun):
     """Saves or restores u, from the address `at` on."""
     u, points = slot.u, op.points
-    at = move_modes(move_row, move_single, at, u, slot.active)
+    at = move_modes(move_row, move_single, at, u, slot.active, begun)
     at = move_row(at, u.clearance, points)
     at = move_row(at, u.height, points)
     at = move_row(at, u.known_at, points)
@@ -146,10 +151,10 @@ def move_u(move_row, move_single, at, slot, op):
 
 
 @inlined
-def move_v(move_row, move_single, at, slot, op):
+def move_v(move_row, move_single, at, slot, op, begun):
     """Saves or restores v, from the address `at` on."""
     v, points = slot.v, op.points
-    at = move_modes(move_row, move_single, at, v, slot.v_active)
+    at = move_modes(move_row, move_single, at, v, slot.v_active, begun)
     at = move_row(at, v.moved, points)
     at = move_row(at, v.moved_before, points)
     move_row(at, v.solved_at, points)

@@ -19,7 +19,7 @@ from livebass.kernels.hands.fretting import GENTLY, change_fret
 from livebass.kernels.machine.native import copy_record, floats_at, record_address
 from livebass.kernels.pickup import tone
 from livebass.kernels.player.performer import PERFORMER
-from livebass.kernels.string import answers, modal
+from livebass.kernels.string import answers, modal, runs
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import EXCHANGE_ROWS, OMEGA, SIGMA, coefficient, coefficient_at, heights
 from livebass.kernels.string.records import (
@@ -92,6 +92,8 @@ def carry_string(string, ops, old, old_ops):
     A glide ends at the fret that it has reached. A note whose string now rests on another crown ends.
     """
     voice, was = string.voice, old.voice
+    if was.left > 0 and not are_equal(ops[old.slots[was.slot].fret], old_ops[old.slots[was.slot].fret]):
+        runs.stop(old, old_ops)
     if old.slots[was.slot].on and old.slots[was.slot].between:
         change_fret(old, old_ops, old.slots[was.slot].fret, GENTLY, 0.0)
         was.slide_to = -1
@@ -197,7 +199,17 @@ def copy_modes(w, old, n):
     modal.copy_row(w.q, old.q, n)
     modal.copy_row(w.p, old.p, n)
     modal.narrow(w, n)
+    copy_before(w.low, old.low, w.split)
+    copy_before(w.high, old.high, n - w.split)
     copy_hands(w, old, n)
+
+
+@jit
+def copy_before(rows, old, n):
+    """Copies the state before a quartet that has begun (kernels/string/runs.py)."""
+    for j in range(n):
+        rows.q_before[j] = old.q_before[j]
+        rows.p_before[j] = old.p_before[j]
 
 
 @jit

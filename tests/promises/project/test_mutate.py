@@ -61,7 +61,7 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
     stop = {mutant.what: key for key, mutant in found.items() if mutant.file == "string/stop.py"}
     wanted = (
         "SETTLING = 0.001 -> 0.002", "slot.offset_speed + slot.offset / SETTLING: + turned",
-        "abs(speed) * OVERSHOOT * seconds > FARTHEST: turned round", "10.0 -> 20.0",
+        "abs(speed) * OVERSHOOT * seconds > FARTHEST: turned round", "10.0 -> 20.0 in 10.0 - t * (15.0 - 6.0 * t)",
     )  # fmt: skip
     tool.copy_of_the_tree(tmp_path / "tree", {stop[what]: number for number, what in enumerate(wanted, 1)})
     text = (tmp_path / "tree/livebass/kernels/string/stop.py").read_text()

@@ -8,48 +8,19 @@ import numpy as np
 import pytest
 from scipy.special import j1
 from support.costs import quick
-from support.effects import InMemory
+from support.effects import CHOICES, RATE, Amp
 from support.levels import sine
 from support.strings import behind
 
 from livebass import Quality, load_preset, score_of
-from livebass.compiling import jit
 from livebass.engine.engine import Engine
-from livebass.kernels.bass.instrument import INSTRUMENT
-from livebass.kernels.effects import boxes, chain, limiter, valve
+from livebass.kernels.effects import boxes, limiter, valve
 from livebass.kernels.effects.boxes import BOXES, Cabinet
 from livebass.kernels.effects.records import PATHS, SECTIONS
-from livebass.kernels.machine.native import record_at
-from livebass.rows.techniques import CABINETS, HIGH_MIDS, LIMITING, LOW_MIDS, knob_of
 from livebass.rows.techniques import EFFECTS as KNOBS
+from livebass.rows.techniques import HIGH_MIDS, LOW_MIDS, knob_of
 
-RATE = 44_100
 LIGHT = Quality("light", 60, 192e3)
-instrument_at = record_at(INSTRUMENT)
-CHOICES = {"cabinet": CABINETS, "limiter": LIMITING}
-
-
-@jit
-def equip(address: int, numbers: int) -> None:
-    chain.take_amp(address, instrument_at(numbers))
-
-
-class Amp(InMemory):
-    """Effects with these knobs of the bass."""
-
-    def __init__(self, rate: int = RATE, /, compression: float = 0.0, drive: float = 0.0, **own: Any) -> None:
-        super().__init__(rate, compression, drive)
-        numbers = np.zeros(1, INSTRUMENT)
-        for name, value in own.items():
-            numbers[name] = CHOICES[name].index(value) if name in CHOICES else value
-        equip(self.address, numbers.ctypes.data)
-
-    def gain(self, hertz: np.ndarray, size: float = 1e-3) -> np.ndarray:
-        """The complex gain at these frequencies, by an impulse of `size`."""
-        impulse = np.zeros(self.rate)
-        impulse[0] = size
-        out = self.play(impulse).astype(float) / size
-        return np.array([np.sum(out * np.exp(-2j * np.pi * f / self.rate * np.arange(len(out)))) for f in hertz])
 
 
 def decibel(gain: Any) -> np.ndarray:

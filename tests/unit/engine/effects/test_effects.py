@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 from support.costs import quick
 from support.effects import InMemory
-from support.levels import sine
 
 from livebass.compiling import jit
-from livebass.kernels.effects import chain, compressor, convolution, valve
+from livebass.kernels.effects import chain, compressor, convolution
 from livebass.kernels.effects.fourier import fill_turns, transform
-from livebass.kernels.effects.records import CURVE, KNOBS, LATE, PART, TURNS, effects_at
+from livebass.kernels.effects.records import KNOBS, LATE, PART, TURNS, effects_at
 
 RATE = 44_100
 
@@ -212,109 +210,3 @@ def test_attack_and_release_of_the_compressor() -> None:
     fall = np.argmax(after < np.exp(-1) * reduction.max()) / RATE
     assert rise == pytest.approx(compressor.ATTACK, rel=0.02)
     assert fall == pytest.approx(compressor.RELEASE + compressor.ATTACK, rel=0.02)
-
-
-# --- valve ---
-
-
-def test_the_curve_of_the_valve_is_that_of_a_triode() -> None:
-    """Koren's law for a 12AX7 with its load line, solved by scipy; the grid current flows through its resistor."""
-    one = Chain(drive=0.5).record
-
-    def plate(volts: float) -> float:
-        grid = volts - 68 / 70 * 0.15 * np.logaddexp(0, volts / 0.15)
-
-        def excess(v: float) -> float:
-            drawn = v / 600 * np.logaddexp(0, 600 * (1 / 100 + grid / np.sqrt(300 + v * v)))
-            return float(v + 100e3 * 2 * drawn**1.4 / 1060 - 250)
-
-        return float(brentq(excess, 1e-9, 250, xtol=1e-12))
-
-    volts = np.linspace(-16, 16, CURVE)
-    for k in range(0, CURVE, 64):
-        assert one["curve"][k] == pytest.approx(plate(-1.3) - plate(-1.3 + volts[k]), abs=1e-6)
-    assert one["curve"][CURVE // 2] == 0.0 and (np.diff(one["curve"]) > -1e-9).all()
-    middle = CURVE // 2
-    gain = (one["curve"][middle + 1] - one["curve"][middle - 1]) / (2 * (volts[1] - volts[0]))
-    assert gain == pytest.approx(valve.GAIN, rel=0.05)
-
-
-def test_the_curve_between_its_points_is_a_cubic_and_level_beyond() -> None:
-    """Catmull and Rom's cubic is exact for parabolas. The curve ends one cell before its last points."""
-    cell = 2 * valve.FARTHEST / (CURVE - 1)
-    points = np.linspace(-valve.FARTHEST, valve.FARTHEST, CURVE)
-
-    def parabola(volts: np.ndarray) -> np.ndarray:
-        return 3.0 + volts * (2.0 - 0.1 * volts)
-
-    volts = np.random.default_rng(1).uniform(points[1], points[-3], 200)
-    volts[:4] = points[1], points[1] + 0.3 * cell, points[-3] - 0.3 * cell, points[-3]
-    found = [valve.triode(parabola(points), v) for v in volts]
-    np.testing.assert_allclose(found, parabola(volts), rtol=1e-12, atol=1e-11)
-    for far, end in ((-1e3, points[1]), (points[0], points[1]), (points[-1], points[-3]), (1e3, points[-3])):
-        assert valve.triode(parabola(points), far) == pytest.approx(parabola(end), abs=1e-11), "level beyond the end"
-
-
-def stack(hertz: np.ndarray) -> np.ndarray:
-    """The tone stack's gain by its nodes: input through C1 and R4, output at the wiper of the treble's track."""
-    low, mid, high = valve.LOW, valve.MIDDLE, valve.HIGH
-    out = []
-    for f in hertz:
-        s = 2j * np.pi * f
-        admittances = [  # nodes: 0 ground, 1 top of treble, 2 behind R4, 3 top of bass, 4 top of middle, 5 wiper
-            ("in", 1, s * valve.C1), ("in", 2, 1 / valve.R4), (2, 3, s * valve.C2), (2, 6, s * valve.C3),
-            (1, 5, 1 / ((1 - high) * valve.R1)), (5, 3, 1 / (high * valve.R1)),
-            (3, 4, 1 / (low * valve.R2)), (4, 6, 1 / ((1 - mid) * valve.R3)), (6, 0, 1 / (mid * valve.R3)),
-        ]  # fmt: skip
-        matrix, right = np.zeros((6, 6), complex), np.zeros(6, complex)
-        for a, b, y in admittances:
-            for x, z in ((a, b), (b, a)):
-                if x in ("in", 0):
-                    continue
-                matrix[x - 1, x - 1] += y
-                if z == "in":
-                    right[x - 1] += y
-                elif z != 0:
-                    matrix[x - 1, z - 1] -= y
-        out.append(np.linalg.solve(matrix, right)[4])
-    return np.array(out)
-
-
-def test_the_tone_stack_is_the_passive_circuit() -> None:
-    one = Chain(drive=0.5).record
-    hertz = np.array([20.0, 50.0, 100.0, 300.0, 600.0, 1500.0, 3000.0])
-    z = np.exp(2j * np.pi * hertz / RATE)
-    digital = np.polyval(one["tone_b"][::-1], 1 / z) / np.polyval(one["tone_a"][::-1], 1 / z)
-    circuit = stack(hertz)
-    wanted = circuit / np.abs(stack(np.array([valve.UNITY])))
-    assert np.abs(digital / wanted - 1).max() < 0.04  # the bilinear transform shifts frequencies by 1.5 % at 3 kHz
-    assert abs(np.sum(one["tone_b"])) < 1e-12 * np.abs(one["tone_b"]).max(), "no direct current"
-    assert np.abs(np.roots(one["tone_a"])).max() < 1.0
-
-
-def test_a_quiet_sound_goes_through_the_valve_in_its_tone_alone() -> None:
-    """At a low drive a low level is not distorted, and keeps its loudness at UNITY."""
-    out = Chain(drive=1e-3).play(sine(100.0, 1.0, RATE, 1e-3))[RATE // 2 :]
-    spectrum = np.abs(np.fft.rfft(out * np.hanning(len(out))))
-    f = 100 * len(out) // RATE
-    assert 4 / len(out) * spectrum[f] / 1e-3 == pytest.approx(1.0, rel=0.03)
-    assert spectrum[2 * f - 3 : 2 * f + 4].max() < 2e-3 * spectrum[f]
-
-
-def products(drive: float, size: float) -> tuple[float, float]:
-    """dB of the strongest inharmonic product, and of the second harmonic, under a tone of 5 kHz."""
-    count = RATE // 5
-    out = Chain(drive=drive).play(sine(5000.0, 1.2, RATE, size))[-count:]
-    spectrum = np.abs(np.fft.rfft(out * np.blackman(count)))
-    hertz = np.arange(len(spectrum)) * RATE / count
-    tone = spectrum[np.abs(hertz - 5000) < 30].max()
-    others = np.min(np.abs(hertz[:, None] - np.array([0.0, 5000, 10_000, 15_000, 20_000])), axis=1) > 60
-    second = spectrum[np.abs(hertz - 10_000) < 30].max()
-    return 20 * np.log10(spectrum[others].max() / tone), 20 * np.log10(second / tone)
-
-
-@pytest.mark.parametrize("drive, alias", [(0.5, -115.0), (0.7, -54.0), (1.0, -36.0)])
-def test_aliases_of_the_valve(drive: float, alias: float) -> None:
-    found, second = products(drive, 0.5)
-    assert found < alias
-    assert second > -60, "it is not symmetric"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,16 +14,19 @@ from support.live import QUICK, offline, played_ahead, synth_and_device
 from support.messages import messages_of, send, send_now
 from support.motion import mode_speeds, scale_motion
 from support.own_basses import AS_SHIPPED, FRETTED, PLAYED, load_preset
-from support.played import event
+from support.played import Played, event
 from support.scores import busy_score, play_in_blocks
 from support.strings import even
 
 from livebass import QUALITIES, Instrument, Score, render_to_array, score_of
+from livebass.compiling import jit
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
 from livebass.engine.image import image_of
 from livebass.engine.prepare import play_frames
-from livebass.kernels.string.records import HAND, PLUCK
+from livebass.kernels.hands.noise import next_rub
+from livebass.kernels.string.frame import string_at
+from livebass.kernels.string.records import HAND, PLUCK, RUBBING
 from livebass.live.thread.block import is_still
 from livebass.plugin.instrument import file_of, instrument_file
 from livebass.rows.arrays import Floats
@@ -270,6 +274,131 @@ def test_an_older_file_has_no_new_sounds_of_hands() -> None:
         send(engine, moved("jazz-finger"))
         sounds.append(engine.process(2 * RATE))
     assert np.array_equal(*sounds)
+
+
+# Frame by frame
+
+
+SPEED, CLICK = 0.02, 0.05  # m/s, of skin and pick
+
+
+def speeds(string: Played, frames: int, name: str) -> Floats:
+    """The rms speed (m/s) of a noise after each of the next frames, (frames,)."""
+    found = np.empty(frames)
+    for k in range(frames):
+        string.play(event(PLUCK)[:0])
+        found[k] = string.record[name]["speed"]
+    return found
+
+
+def plucked(pull: int, wait: int) -> Played:
+    """A string that a finger with a pick begins to pull: a frame of `wait + pull` has passed."""
+    string = Played("jazz-finger", 1)
+    string.record["pull"] = pull
+    string.play(event(PLUCK, apex=1e-4, place=0.2, speed=SPEED, value=CLICK, wait=wait / RATE))
+    return string
+
+
+def assert_follows(found: Floats, wanted: Floats) -> None:
+    """Noises of less than 1 um/s are none."""
+    assert found == pytest.approx(np.where(wanted > 1e-6, wanted, 0.0), rel=1e-9, abs=0)
+    assert found[-1] == 0.0 and found[found > 0].min() < 1.03e-6
+
+
+@pytest.mark.parametrize("pull, wait", [(0, 0), (1, 0), (96, 0), (96, 50)])
+def test_skin_grows_as_the_finger_pulls_and_fades_as_it_has_let_go(pull: int, wait: int) -> None:
+    string = plucked(pull, wait)
+    found = np.concatenate([[string.record["skin"]["speed"]], speeds(string, wait + pull + 2000, "skin")])
+    t = np.arange(1, found.size + 1) - (wait if pull else 0)
+    grown = np.clip(t / pull, 0.0, 1.0) if pull else 1.0
+    assert_follows(found, SPEED * grown * np.exp(-np.maximum(t - pull, 0) / (3.5e-3 * RATE)))
+
+
+@pytest.mark.parametrize("pull, wait", [(0, 0), (1, 0), (96, 0), (96, 50)])
+def test_a_pick_clicks_as_it_lands_and_more_as_it_lets_go(pull: int, wait: int) -> None:
+    string = plucked(pull, wait)
+    found = np.concatenate([[string.record["click"]["speed"]], speeds(string, wait + pull + 2000, "click")])
+    t, fades = np.arange(1, found.size + 1), 1.5e-3 * RATE
+    after = t - pull - (wait if pull else 0)
+    second = np.where(after > 0, CLICK * np.exp(-np.maximum(after, 0) / fades), 0.0)
+    assert_follows(found, 0.3 * CLICK * np.exp(-t / fades) + second)
+
+
+@pytest.mark.parametrize("wait", [0, 700])
+def test_a_finger_that_rubs_sets_out_quickly_and_comes_to_rest(wait: int) -> None:
+    """Its power follows its speed, which is greatest after a third of its time; what is left fades in 3 ms."""
+    string, seconds = Played("jazz-finger", 1), 0.05
+    frames = round(seconds * RATE)
+    string.play(event(RUBBING, value=1.5, seconds=seconds, wait=wait / RATE))
+    found = np.concatenate([[string.record["rub"]["speed"]], speeds(string, wait + frames + 3000, "rub")])
+    x = np.clip((np.arange(found.size) + 1 - wait) / frames, 0.0, 1.0)
+    level = 1.5 * 0.02 * float(string.record["medium"]) * np.sqrt(x * (1 - x) ** 2 * 27 / 4)
+    wanted = np.empty(found.size)
+    for k, now in enumerate(level):
+        wanted[k] = max(now, wanted[k - 1] * np.exp(-1 / (3e-3 * RATE)) if k else 0.0)
+    assert_follows(found, wanted)
+    assert string.record["rub"]["frames"] == 0
+    string.play(event(RUBBING, value=1.0, seconds=seconds, wait=0.1))
+    string.play(event(RUBBING, value=0.0))
+    assert not speeds(string, round(0.2 * RATE), "rub").any(), "it stays"
+
+
+def test_a_finger_that_comes_down_takes_the_rest_of_the_last_rub_along() -> None:
+    """While it waits, what sounds fades."""
+    string = Played("jazz-finger", 1)
+    string.play(event(RUBBING, value=1.0, seconds=0.1))
+    sounds = speeds(string, 500, "rub")[-1]
+    string.play(event(RUBBING, value=1.0, seconds=0.1, wait=0.1))
+    assert speeds(string, 100, "rub") == pytest.approx(sounds * np.exp(-np.arange(2, 102) / (3e-3 * RATE)))
+
+
+@jit
+def rub_on(string: int, out: Any) -> None:
+    """The next frames of a finger's rub on a STRING, m/s."""
+    for k in range(len(out)):
+        out[k] = next_rub(string_at(string).voice)
+
+
+def test_windings_and_noise_share_the_power_of_a_rub() -> None:
+    """A finger passes windings at up to 0.7 m/s, and is as loud as on a flat string; the windings have 0.7 of it."""
+    pitch, seconds, heard = 4e-3, 20.0, []  # a wide pitch, so that many lines lie in the band
+    x = np.arange(2, 8 * RATE + 2) / (seconds * RATE)
+    moving = x * (1 - x) ** 2 * 27 / 4
+    for wound in (0.0, pitch):
+        string = Played("jazz-finger", 0)
+        string.record["wound"] = wound
+        string.play(event(RUBBING, value=1.0, seconds=seconds))
+        out, passed = np.empty(x.size), []
+        for part in out.reshape(-1, 1000):
+            rub_on(string.voice.string.ctypes.data, part)
+            passed.append(float(string.record["rub"]["passed"]))
+        heard.append(out / float(string.record["rub"]["level"]))
+    assert [rms(sound) for sound in heard] == pytest.approx([np.sqrt(moving.mean())] * 2, rel=0.05)
+    turned = (np.array(passed) - 0.7 / pitch * np.cumsum(moving)[999::1000] / RATE) % 1.0
+    assert np.minimum(turned, 1.0 - turned).max() < 0.01 and max(passed) < 1.0, "of a winding"
+    noise_alone = heard[0] @ heard[1] / (heard[0] @ heard[0])  # the random numbers are the same
+    assert noise_alone == pytest.approx(np.sqrt(0.3), rel=0.05)
+
+
+@pytest.mark.parametrize("rate", [44_100, 96_000])
+@pytest.mark.parametrize("cutoff, highest", [(900.0, 900.0), (130.0, 130.0), (100.0, 1300.0), (0.0, 1300.0)])
+def test_bands_have_their_corners(rate: int, cutoff: float, highest: float) -> None:
+    """A cutoff below the knock's lowest is none."""
+    bass = even()
+    engine = Engine(replace(bass, player=replace(bass.player, release_cutoff=cutoff)), QUICK, rate)
+    ends = {"skin": (800.0, 5000.0), "click": (1200.0, 6000.0), "knock": (130.0, highest), "rub": (350.0, 2000.0)}
+    for name, corners in ends.items():
+        band = engine.voices[0].record[name]["band"][0]
+        assert [-np.log1p(-band[end]) * rate / (2 * np.pi) for end in ("down", "up")] == pytest.approx(corners), name
+
+
+def test_a_knock_at_0_db_is_as_loud_as_a_medium_note_after_1_s() -> None:
+    """In the mean over basses, within 3 dB."""
+    part, found = slice(round(1.1 * RATE), round(1.13 * RATE)), []
+    for preset in PLAYED:
+        knock = np.median([rms(x[part]) for x in takes(64, preset=preset, release_noise=0.0)])
+        found.append(db(float(knock) / rms(note(64, preset, seconds=1.2)[part])))
+    assert abs(np.mean(found)) < 3
 
 
 # Conditions without noise

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -56,7 +58,38 @@ def test_a_farther_place_takes_longer() -> None:
         near += [float(e["seconds"]) for e in placed(made, LATER, on(LOW + 1))]
         far += [float(e["seconds"]) for e in placed(made, LATER, on(LOW + 9))]
     assert len(near) == len(far) == 40 and len(set(near)) == 40
-    assert np.mean(far) > np.mean(near) + 0.5 * (placing.LONG - placing.SHORT)
+    assert np.mean(far) > np.mean(near) + 0.4 * (placing.LONG - placing.SHORT)
+
+
+def assert_fills(values: Sequence[float], low: float, high: float) -> None:
+    """Values lie between these ends, all over the range, as many of them above its middle as below."""
+    assert low <= min(values) < low + 0.03 * (high - low) and high - 0.03 * (high - low) < max(values) <= high
+    assert abs(np.mean(values) - (low + high) / 2) < 0.1 * (high - low)
+
+
+@pytest.mark.parametrize("frets, far", [(1, 1 / 7), (3, 3 / 7), (7, 1.0), (12, 1.0)])
+@pytest.mark.parametrize("strings", [(0, 0), (0, 2), (2, 1)])
+def test_times_and_levels_are_drawn_and_times_grow_with_the_frets(
+    strings: tuple[int, int], frets: int, far: float
+) -> None:
+    """0.4 of what a time may differ by is drawn; the rest is the way along the neck, from whatever string."""
+    made, keys, came, left = hands(), [], [], []
+    made(control(126, 4))  # a channel a string
+    for i, fret in [*zip(strings, (2, 2 + frets), strict=True)] * 150:
+        keys.append((3 - i, (28, 33, 38, 43)[i] + fret))
+        came += placed(made, 0.1, (0x90 | keys[-1][0], keys[-1][1], 90))[-1:]
+        left += placed(made, 0.1, (0x80 | keys[-1][0], keys[-1][1], 0))
+    assert len(came) == 299 and len(left) == 300
+    short = 0.09 + 0.13 * 0.6 * far
+    assert_fills([float(e["seconds"]) for e in came], short, short + 0.13 * 0.4)
+    assert_fills([20 * np.log10(e["value"]) for e in came], -4.0, 4.0)
+    assert_fills([20 * np.log10(e["value"]) for e in left], -10.0, -2.0)
+    assert_fills([float(e["wait"]) for e in left], 0.12, 0.22)
+    assert {float(e["seconds"]) for e in left} == {0.09}
+    numbers = [(e["seconds"] - short) / 0.052 for e in came] + [(e["wait"] - 0.12) / 0.1 for e in left]
+    numbers += [0.5 + 20 * np.log10(e["value"]) / 8 for e in came]
+    numbers += [0.5 + (6 + 20 * np.log10(e["value"])) / 8 for e in left]
+    assert np.diff(np.sort(numbers)).min() > 1e-9, "no random number is drawn twice"
 
 
 def test_a_finger_that_stays_does_not_sound() -> None:
@@ -68,6 +101,16 @@ def test_a_finger_that_stays_does_not_sound() -> None:
     placed(made, 0.5, off(LOW))
     down = placed(made, LATER, on(LOW))[-1]  # it had left
     assert down["value"] > 0
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_it_has_left_when_its_wait_is_over(early: bool) -> None:
+    """A frame before, it is still there."""
+    made = hands()
+    placed(made, 0.0, on(LOW))
+    (leaving,) = placed(made, 0.5, off(LOW))
+    made.frame += int(leaving["wait"] * RATE) + (not early)
+    assert [bool(e["value"] > 0) for e in rubs(made(on(LOW)))] == [False] + [True] * (not early)
 
 
 def test_a_hand_without_time_does_not_sound() -> None:

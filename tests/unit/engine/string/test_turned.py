@@ -14,14 +14,17 @@ from support.costs import quick
 from support.messages import send_now
 from support.motion import free_modes
 from support.own_basses import FRETTED, PLAYED, load_preset
-from support.played import event
-from support.strings import case_b, even, far_from_frets, g_neck, g_string, linear, oblique, with_own_across
+from support.played import TURNED, Played, event
+from support.strings import case_b, even, far_from_frets, g_neck, g_string, linear, oblique, with_own_across, yielding
 
 from livebass import QUALITIES
+from livebass.compiling import jit
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import solve_trial
+from livebass.kernels.string.frame import operator_at, string_at
 from livebass.kernels.string.records import BEND, LOW, PLUCK, THERE
+from livebass.kernels.string.turning import along_axis, amplitude_soon, rms_velocity_soon, set_flow
 from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import Speaking, speaking
@@ -32,6 +35,26 @@ from livebass.rows.parts import EXCHANGE_EVERY
 MODES = 60
 RATE = 48000
 FEW = 24  # modes, of a string's lowest
+
+
+@jit
+def lines_along(operator: int, across: bool, omega: Any, sigma: Any) -> None:
+    """Fills `omega` (rad/s) and `sigma` (1/s) of an operator's modes along an axis."""
+    for j in range(len(omega)):
+        omega[j], sigma[j] = along_axis(operator_at(operator), j, across)
+
+
+@jit
+def update_flow(string: int, k: int, operator: int) -> None:
+    """Brings the flow of slot `k` of a STRING up to date for an operator."""
+    set_flow(string_at(string).voice, string_at(string).slots[k], operator_at(operator))
+
+
+@jit
+def bounds(string: int, k: int, operator: int, frames: int) -> Any:
+    """`rms_velocity_soon` and `amplitude_soon` of slot `k` of a STRING."""
+    voice, slot, op = string_at(string).voice, string_at(string).slots[k], operator_at(operator)
+    return rms_velocity_soon(voice, slot, op, frames), amplitude_soon(voice, slot, op, frames)
 
 
 def turn(s: Speaking, degrees: float) -> Speaking:
@@ -148,7 +171,7 @@ def test_a_note_by_midi_moves_along_its_axes_from_its_release_on(preset: str) ->
     while not slot["active"]:
         engine.process(1)
     engine.process(EXCHANGE_EVERY - 1)
-    assert slot["turned_for"] == 0 == slot["owed"]
+    assert slot["fourth"] == 0 == slot["owed"]
     begun = along()
     engine.process(frames)
     s = dataclasses.replace(speaking(bass.strings[-1], bass.necks[-1], 0), axes_turned=0.0)
@@ -173,6 +196,56 @@ def test_an_exchange_is_exact(preset: str) -> None:
             assert abs(found[k][j] - number) < 1e-15 + 1e-10 * abs(number.imag), (j, k)
 
 
+def test_an_exchange_is_exact_far_above_the_rates_of_necks() -> None:
+    """With a tenth of the amplitudes exchanged at once: the error is that of the first term that its series leaves."""
+    voice, op = plucked(PLAYED[0], 0.02)
+    k, n, time = int(voice.record["slot"][0]), int(op["turned"]), EXCHANGE_EVERY / RATE
+    rows = np.array((ctypes.c_double * (4 * n)).from_address(int(op["turning"]))[:]).reshape(4, n)
+    rows *= 0.1 / np.abs(time * (1j * rows[0] - rows[3])).max()
+    made = np.array([op])
+    made["turning"] = rows.ctypes.data
+    update_flow(voice.string.ctypes.data, k, made.ctypes.data)
+    found = [voice.slots[k]["flow"][2 * i] + 1j * voice.slots[k]["flow"][2 * i + 1] for i in range(3)]
+    for j, (rate, of_u, of_v, across) in enumerate(rows.T):
+        passed = 1j * rate - across
+        wanted = expm(time * np.array([[-of_u, passed], [passed, -of_v]]))
+        z = abs((of_u - of_v) ** 2 / 4 + passed**2) * time**2
+        for row, number in zip(found, (wanted[0, 0], wanted[1, 1], wanted[0, 1]), strict=True):
+            assert abs(row[j] - number) < 2e-15 + 1.1 * z**4 / 40320, j
+
+
+@pytest.mark.parametrize("change", ["turning", "length", "ratio", "fine"])
+def test_the_flow_is_up_to_date_and_computed_once(change: str) -> None:
+    """Whether other rates come in memory of their own or, in a glide, with another length; bent; at another rate."""
+    voice, op = plucked(PLAYED[0], 0.02)
+    k, made = int(voice.record["slot"][0]), np.array([op])
+    slot, count = voice.slots[k], 4 * int(op["turned"])
+    rates = np.array((ctypes.c_double * count).from_address(int(op["turning"]))[:])
+    made["turning"] = rates.ctypes.data
+
+    def flow() -> list[Floats]:
+        update_flow(voice.string.ctypes.data, k, made.ctypes.data)
+        return [slot["flow"].copy(), slot["flow_scale"].copy()]
+
+    before = flow()
+    slot["flow"][0, 0] = 7.0
+    assert flow()[0][0, 0] == 7.0
+    others = 1.1 * rates
+    if change == "turning":
+        made["turning"] = others.ctypes.data
+    elif change == "length":
+        rates[:], made["length"] = others, 1.1 * made["length"]
+    elif change == "ratio":
+        slot["ratio"] *= 1.1
+    else:
+        made["fine"] *= 1.1
+    found = flow()
+    slot["flow_key"][:] = 0.0
+    for now, fresh in zip(found, flow(), strict=True):
+        assert np.array_equal(now, fresh)
+    assert not np.allclose(found[0], before[0], rtol=1e-6, atol=0)
+
+
 @pytest.mark.parametrize("preset", [name for name in FRETTED if name.startswith("slap")])
 @pytest.mark.parametrize("key", [28, 33, 31])
 def test_nothing_moves_v_while_a_thumb_presses_the_string_straight_down(preset: str, key: int) -> None:
@@ -188,3 +261,79 @@ def test_nothing_moves_v_while_a_thumb_presses_the_string_straight_down(preset: 
             pressed += 1
             assert slot["v_active"] == 0 or not np.abs(amplitudes(slot["v"])).any()
     assert pressed > 4e-3 * RATE and np.abs(amplitudes(slot["v"])).max() > 2e-6
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+@pytest.mark.parametrize("degrees", [-55.0, 0.0, 70.0])
+def test_the_lines_along_the_axes_are_those_of_the_neck(preset: str, degrees: float) -> None:
+    """However they are turned, u, v and their exchange tell the frequencies and dampings of either axis."""
+    bass = yielding(even(load_preset(preset)))
+    neck = dataclasses.replace(bass.necks[1], axes_turned=np.radians(degrees), stiffness_across=1.7)
+    engine = Engine(dataclasses.replace(bass, necks=(neck,) * len(bass.necks)), QUALITIES["live"], RATE)
+    fret = 5
+    plain = dataclasses.replace(speaking(bass.strings[1], neck, fret), axes_turned=0.0)
+    op, omega, sigma = engine.pool.records[1][fret : fret + 1], np.empty(FEW), np.empty(FEW)
+    for across in (False, True) if degrees else (False,):
+        lines_along(op.ctypes.data, across, omega, sigma)
+        damped = modes.dampings(plain, FEW, across=across)
+        assert sigma == pytest.approx(damped, rel=1e-6)
+        natural = 2 * np.pi * modes.frequencies(plain, FEW, across=across)
+        assert omega == pytest.approx(np.sqrt(natural**2 - damped**2), rel=1e-6)
+
+
+def known(slot: np.void, step: int) -> bool:
+    """True if penetrations of either polarisation are known at fine step `step`."""
+    return any((slot[name]["solved_at"] == step).any() for name in ("u", "v"))
+
+
+@pytest.mark.parametrize("preset", PLAYED)
+def test_after_an_exchange_the_string_is_elsewhere(preset: str) -> None:
+    """So no penetration is known that was solved before it, as on a string that touched its frets and is clear."""
+    string, exchanged, solved = Played(preset + TURNED, 0), 0, 0
+    string.play(event(PLUCK, apex=6e-3, place=0.2, angle=0.3))
+    slot = string.voice.slots[int(string.record["slot"])]
+    for _ in range(round(0.03 * RATE)):
+        due = int(slot["owed"]) + (int(slot["fourth"]) == EXCHANGE_EVERY - 1)
+        string.play(event(PLUCK)[:0])
+        step = int(string.record["step"])
+        if int(slot["owed"]) < due:
+            assert not known(slot, step)
+            exchanged += int(slot["due"]) <= step
+        solved += known(slot, step)
+    assert exchanged > 10 and solved > 10
+
+
+def velocity_and_amplitude(slot: np.void, length: float) -> Floats:
+    """Root mean square velocity (m/s) and sum of modal amplitudes (m^1.5) of u, (2,)."""
+    n, u = int(slot["active"]), slot["u"]
+    q, p, pace = (modal_row(u, name)[:n] for name in ("q", "p", "pace"))
+    omega, sigma, kappa = (u[name][:n] for name in ("omega", "sigma", "kappa"))
+    velocity = np.linalg.norm(np.hypot(omega * q, pace * p - sigma * q)) / np.sqrt(length)
+    return np.array([velocity, np.hypot(q, p / (kappa * omega)).sum()])
+
+
+@pytest.mark.parametrize("frames", [240, 2400])
+def test_what_v_brings_to_u_soon_is_bounded(frames: int) -> None:
+    """By hardly more than comes: after a pluck across the neck, u grows from rest."""
+    string = Played("jazz-finger" + TURNED, 0)
+    string.play(event(PLUCK, apex=1e-3, place=0.2, angle=np.pi / 2))
+    for _ in range(200):
+        string.play(event(PLUCK)[:0])
+    k, op = int(string.record["slot"]), string.ops[0:1]
+    slot, length = string.voice.slots[k], float(op["length"][0])
+
+    def soon(count: int) -> Floats:
+        return np.array(bounds(string.voice.string.ctypes.data, k, op.ctypes.data, count))
+
+    bound, begun = soon(frames), velocity_and_amplitude(slot, length)
+    slot["owed"] += frames // EXCHANGE_EVERY
+    assert np.array_equal(soon(0), bound), "exchanges owed are to come, too"
+    slot["owed"] -= frames // EXCHANGE_EVERY
+    slot["answer_speed"] = 3e-6
+    assert soon(frames)[0] ** 2 == pytest.approx(bound[0] ** 2 + 3e-6 / length), "as are answers"
+    slot["answer_speed"] = 0.0
+    bound[1] += begun[1]
+    for _ in range(frames):
+        string.play(event(PLUCK)[:0])
+        assert (velocity_and_amplitude(slot, length) <= bound).all()
+    assert (velocity_and_amplitude(slot, length) > 0.8 * bound).all()
