@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from livebass.engine.image import image
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
-from livebass.kernels.machine.samples import add_sound, round_sound
+from livebass.kernels.machine.samples import add_sound, scale_sound
 from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.player.words import row_of
 from livebass.kernels.score.lines import LONGEST
@@ -325,11 +325,11 @@ class Engine(Playing):
 
     def _add_floor(self, out: NDArray[np.float64], events: list[NDArray[np.void]]) -> NDArray[np.float64]:
         """Adds the floor to a block of the first string, and returns the floor; `events`: each string's, (n,)."""
-        floor, received = np.abs(out).max(axis=0), np.concatenate(events)
+        floor, received = np.zeros(out.shape[1]), np.concatenate(events)
         received = received[np.argsort(received["frame"], kind="stable")]
-        add_floor(self.bass.address, floor.ctypes.data, len(floor), received.ctypes.data, len(received))
-        out[0] += floor
-        return np.asarray(floor)
+        sounds, made, taken = out.ctypes.data, floor.ctypes.data, received.ctypes.data
+        add_floor(self.bass.address, sounds, self.strings, made, len(floor), taken, len(received))
+        return floor
 
     def close_floor(self, frame: int) -> None:
         """Fades the floor from `frame` on for good, as another bass takes over. [main thread]"""
@@ -369,6 +369,10 @@ def mix_strings(strings: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
     """Converts a sound to float32, with 0 for subnormal numbers, as in the audio thread."""
+    return scaled(sound, 1.0)[0]
+
+
+def scaled(sound: NDArray[Any], gain: float) -> tuple[NDArray[np.float32], bool]:
+    """Converts a sound times `gain` like `single`; the second is False if the sound has NaN or infinity."""
     given, out = np.ascontiguousarray(sound, np.float64), np.zeros(sound.shape, np.float32)
-    round_sound(given.ctypes.data, out.ctypes.data, out.size)
-    return out
+    return out, not scale_sound(given.ctypes.data, gain, out.ctypes.data, out.size)

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.engine.basses import Basses
-from livebass.engine.engine import Block, Engine, Playing, Report, check_tail, single
+from livebass.engine.engine import Block, Engine, Playing, Report, check_tail, scaled
 from livebass.engine.engine import mix_strings as mix_strings
+from livebass.engine.engine import single as single
 from livebass.files.whole import Transaction, checked_place, output_error
 from livebass.kernels.player.messages import NOTE_ON
 from livebass.model.instrument import Effects, Instrument
@@ -275,8 +276,10 @@ def _scale(blocks: Iterator[Block], gain: float, rate: int, tick: Callable[[int]
     """Applies the gain to each block, and ticks after its use. Raises RenderError for NaN and infinity."""
     frame = 0
     for block, wet in blocks:
-        if not np.isfinite(block).all() or not (wet is None or np.isfinite(wet).all()):
+        strings, finite = scaled(block, gain)
+        mix, whole = (None, True) if wet is None else scaled(wet, gain)
+        if not (finite and whole):
             raise RenderError(f"the sound is not finite near {frame / rate:.3f} s; please report the preset")
-        yield single(block * gain), wet if wet is None else single(wet * np.float64(gain))
+        yield strings, mix
         frame += block.shape[1]
         tick(block.shape[1])

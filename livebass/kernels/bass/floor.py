@@ -20,7 +20,7 @@ from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import chance, cos, sin
 from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
-from livebass.kernels.string.records import CUT, EVENT, GAIN
+from livebass.kernels.string.records import CUT, DOUBLE, EVENT, GAIN
 
 LOWEST = 40.0  # Hz
 DULL = 3000.0  # Hz, the cutoff of instrument files that have none
@@ -118,7 +118,19 @@ def hum_wave(turns):
     return x
 
 
-@entry("void(int64, int64, int64, int64, int64)")
-def add_floor(bass, loud, frames, events, count):
-    """C function: `play_floor` of the BASS at an address, for the addresses of float64 (frames,) and EVENT (count,)."""
-    play_floor(bass_at(bass).floor, floats_at(loud, frames), events_at(events, count), count)
+@entry("void(int64, int64, int64, int64, int64, int64, int64)")
+def add_floor(bass, sounds, strings, floor, frames, events, count):
+    """C function: adds the floor of the BASS at an address to its first string, and writes it to `floor`.
+
+    The addresses are those of float64 (strings, frames), of float64 (frames,), and of EVENT (count,), by frame.
+    """
+    first, made = floats_at(sounds, frames), floats_at(floor, frames)
+    for j in range(frames):
+        made[j] = abs(first[j])
+    for i in range(1, strings):
+        string = floats_at(sounds + DOUBLE * frames * i, frames)
+        for j in range(frames):
+            made[j] = max(made[j], abs(string[j]))
+    play_floor(bass_at(bass).floor, made, events_at(events, count), count)
+    for j in range(frames):
+        first[j] += made[j]

@@ -10,6 +10,7 @@ from livebass.compiling import entry, jit
 from livebass.kernels.machine.native import floats_at, samples_at
 
 NORMAL = 1.1754943508222875e-38  # the smallest normal float32
+LARGEST = 1.7976931348623157e308  # the largest float64
 
 
 @jit
@@ -24,12 +25,18 @@ def added(x, y):
     return single(x + y)
 
 
-@entry("void(int64, int64, int64)")
-def round_sound(sound, out, n):
-    """C function: rounds n float64 at the address `sound` to the samples at `out`."""
-    given, rounded = floats_at(sound, n), samples_at(out, n)
+@entry("int64(int64, float64, int64, int64)")
+def scale_sound(sound, gain, out, n):
+    """C function: rounds n float64 at the address `sound`, times `gain`, to the samples at `out`.
+
+    Returns how many are NaN or infinite.
+    """
+    given, rounded, wrong = floats_at(sound, n), samples_at(out, n), np.int64(0)
     for j in range(n):
-        rounded[j] = single(given[j])
+        rounded[j] = single(given[j] * gain)
+        if not abs(given[j]) <= LARGEST:
+            wrong += 1
+    return wrong
 
 
 @entry("void(int64, int64, int64)")

@@ -8,8 +8,9 @@ without overshoot. Points that W couples are solved together: usually only one o
 else Newton's method solves all, or one point after another until nothing changes.
 
 Friction. At a touching point, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s: the
-point sticks (|x| < slip) or slides. A single point has a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
-turns.
+point sticks (|x| < slip) or slides. A single point has a formula, f = -A sat(x* / (slip + W_mm A)). Of coupled points,
+those that stick solve (slip + A W) g = -x*, f = A g, by elimination, the others have g = -1 or 1: both sets begin as
+they were and change until they fit. Exact operators, and sets that do not settle, let the points take turns.
 
 w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between points.
 [any thread]
@@ -19,15 +20,24 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import power
+from livebass.kernels.string.operators import is_exact
 
 MAX_ITERATIONS = 60
 MAX_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
 MAX_SWEEPS = 400
 SMALL = 1e-17  # m
-ENOUGH = 1e-6  # of r: Newton converges quadratically, so the remaining error is near rounding
+ENOUGH = 1e-6  # of r: Newton converges quadratically, so the remaining error is near rounding ...
+ENOUGH_SINGLE = 1e-4  # ... also where most modes have 32 bits
 SETTLED = 1e-16  # m, change of a displacement at which points solved in turn count as solved
+MAX_FRICTION_SETS = 8
 MAX_FRICTION_SWEEPS = 1000
 FRICTION_ENOUGH = 1e-13  # of A
+
+
+@jit
+def tolerance(op):
+    """The change of r, of r itself, at which Newton's method ends."""
+    return ENOUGH if is_exact(op) else ENOUGH_SINGLE
 
 
 @jit
@@ -98,11 +108,12 @@ def solve_point(wanted, old, weight, op, guess):
     r = wanted - weight * guess
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
+    enough = tolerance(op)
     for _ in range(MAX_ITERATIONS):
         f, slope = force(r, old, op)
         step = (r + weight * f - wanted) / (1.0 + weight * slope)
         r -= step
-        if abs(step) <= ENOUGH * abs(r) + SMALL:
+        if abs(step) <= enough * abs(r) + SMALL:
             break
     # from the equation itself: smoother than a steep force law
     return (wanted - r) / weight
@@ -177,6 +188,7 @@ def solve_two(w, op, a, b):
     s = wanted_2 - w21 * guess - w22 * guess_2
     if old_2 <= 0.0 and old_2 + s <= 0.0:
         s = wanted_2
+    enough = tolerance(op)
     for _ in range(MAX_TOGETHER):
         f, slope = force(r, old, op)
         g, slope_2 = force(s, old_2, op)
@@ -189,7 +201,7 @@ def solve_two(w, op, a, b):
         step_2 = (p * rest_2 - t * rest) * inverse
         r += step
         s += step_2
-        if abs(step) <= ENOUGH * abs(r) + SMALL and abs(step_2) <= ENOUGH * abs(s) + SMALL:
+        if abs(step) <= enough * abs(r) + SMALL and abs(step_2) <= enough * abs(s) + SMALL:
             return f + slope * step, g + slope_2 * step_2, True
     return 0.0, 0.0, False
 
@@ -259,6 +271,7 @@ def newton(w, op, near, count):
         if old[i] <= 0.0 and old[i] + x <= 0.0:
             x = wanted[i]
         r[i] = x
+    enough = tolerance(op)
     for _ in range(MAX_TOGETHER):
         for i in range(count):
             law[i], slope[i] = force(r[i], old[i], op)
@@ -276,7 +289,7 @@ def newton(w, op, near, count):
             step = residual[i]
             r[i] += step
             law[i] += slope[i] * step
-            done = done and abs(step) <= ENOUGH * abs(r[i]) + SMALL
+            done = done and abs(step) <= enough * abs(r[i]) + SMALL
         if done:
             return True
     return False
@@ -284,7 +297,7 @@ def newton(w, op, near, count):
 
 @jit
 def eliminate(matrix, x, count):
-    """Solves matrix y = x in place; 1 + W D needs no pivoting, as W is positive and D >= 0."""
+    """Solves matrix y = x in place; 1 + W D and slip + A W need no pivoting, as W is positive and D >= 0."""
     for i in range(count):
         inverse = 1.0 / matrix[i, i]
         for k in range(i + 1, count):
@@ -344,28 +357,110 @@ def solve_friction(slot, op, near, count):
     Returns the number of touching points.
     """
     u, v = slot.u, slot.v
-    touching = 0
+    points, touching = v.solver.place, np.int64(0)  # a constant would have its own type
     for i in range(count):
-        if u.eta[near[i]] > 0.0:
+        m = near[i]
+        if u.eta[m] > 0.0:
+            points[touching] = m
             touching += 1
         else:
-            v.force[near[i]] = 0.0
-    if touching == 0:
-        return 0
+            v.force[m] = 0.0
+    if touching == 1 or op.diagonal:
+        for i in range(touching):
+            m = points[i]
+            v.force[m] = friction_alone(op, v.free[m] - v.moved_before[m], u.coupling[m, m])
+    elif touching > 1 and (is_exact(op) or not solve_friction_together(u, v, op, touching)):
+        solve_friction_in_turn(u, v, op, touching)
+    return touching
+
+
+@jit
+def stick_both(u, v, op, a, b):
+    """`solve_friction_together` for points `a` and `b` that stick. False, and forces as they were, if one slides."""
+    most, wanted, wanted_2 = op.friction, v.free[a] - v.moved_before[a], v.free[b] - v.moved_before[b]
+    p, q, r = op.slip + most * u.coupling[a, a], most * u.coupling[a, b], op.slip + most * u.coupling[b, b]
+    inverse = 1.0 / (p * r - q * q)
+    g, h = (q * wanted_2 - r * wanted) * inverse, (q * wanted - p * wanted_2) * inverse
+    if abs(g) > 1.0 or abs(h) > 1.0:
+        return False
+    v.force[a] = most * g
+    v.force[b] = most * h
+    return True
+
+
+@jit
+def solve_friction_together(u, v, op, count):
+    """Solves friction at `count` points, v.solver.place. False, and forces as they were, if the sets do not settle.
+
+    Puts the points that stick before those that slide.
+    """
+    points, wanted, g, x, matrix = v.solver.place, v.solver.wanted, v.solver.law, v.solver.residual, v.solver.matrix
+    most, slip, coupling = op.friction, op.slip, u.coupling
+    stuck = np.int64(0)
+    for i in range(count):
+        m = points[i]
+        wanted[m] = v.free[m] - v.moved_before[m]
+        g[m] = 1.0 if v.force[m] > 0.0 else -1.0  # if it slides
+        if abs(v.force[m]) < most:
+            swap(points, i, stuck)
+            stuck += 1
+    if count == 2 and stuck == 2 and stick_both(u, v, op, points[0], points[1]):
+        return True
+    for _ in range(MAX_FRICTION_SETS):
+        for i in range(stuck):
+            m = points[i]
+            x[i] = -wanted[m]
+            for k in range(stuck, count):
+                x[i] -= most * coupling[m, points[k]] * g[points[k]]
+            for k in range(stuck):
+                matrix[i, k] = most * coupling[m, points[k]]
+            matrix[i, i] += slip
+        eliminate(matrix, x, stuck)
+        settled, before = True, stuck
+        for i in range(stuck - 1, -1, -1):
+            m = points[i]
+            g[m] = x[i]
+            if abs(x[i]) > 1.0:
+                g[m] = 1.0 if x[i] > 0.0 else -1.0
+                stuck -= 1
+                swap(points, i, stuck)
+                settled = False
+        for i in range(before, count):
+            m = points[i]
+            moved = wanted[m]
+            for k in range(count):
+                moved += most * coupling[m, points[k]] * g[points[k]]
+            if -g[m] * moved < slip:
+                swap(points, i, stuck)
+                stuck += 1
+                settled = False
+        if settled:
+            for i in range(count):
+                v.force[points[i]] = most * g[points[i]]
+            return True
+    return False
+
+
+@jit
+def swap(row, i, k):
+    """Swaps two numbers of a row."""
+    row[i], row[k] = row[k], row[i]
+
+
+@jit
+def solve_friction_in_turn(u, v, op, count):
+    """Solves one of `count` points, v.solver.place, after another until nothing changes: it always converges."""
+    points = v.solver.place
     for _ in range(MAX_FRICTION_SWEEPS):
         change = 0.0
         for i in range(count):
-            m = near[i]
-            if u.eta[m] <= 0.0:
-                continue
+            m = points[i]
             wanted = v.free[m] - v.moved_before[m]
-            if not op.diagonal:
-                for k in range(count):
-                    if k != i:
-                        wanted += u.coupling[m, near[k]] * v.force[near[k]]
+            for k in range(count):
+                if k != i:
+                    wanted += u.coupling[m, points[k]] * v.force[points[k]]
             new = friction_alone(op, wanted, u.coupling[m, m])
             change = max(change, abs(new - v.force[m]))
             v.force[m] = new
-        if op.diagonal or touching == 1 or change <= FRICTION_ENOUGH * op.friction:
+        if change <= FRICTION_ENOUGH * op.friction:
             break
-    return touching

@@ -22,6 +22,12 @@ EXCHANGE_ROWS = 4
 
 
 @jit
+def is_exact(op):
+    """True if all modes of the operator are float64."""
+    return op.split == op.padded
+
+
+@jit
 def fine_coefficients(decay, half_sine):
     """Returns E^2, s and E of a mode that decays by exp(-`decay`) per fine step; `half_sine`: sin(omega dt / 2)."""
     left = exp(-decay)

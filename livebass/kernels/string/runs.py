@@ -14,8 +14,9 @@ note act (touch.py). Qualities with float64 modes alone have no quartets, but th
 from livebass.compiling import apart, jit
 from livebass.kernels.string import answers, modal, quartet, tension, touch, turning
 from livebass.kernels.string.looks import look_ahead
+from livebass.kernels.string.operators import is_exact
 from livebass.kernels.string.records import MAX_NEAR, NONE, QUARTET, WHOLE
-from livebass.kernels.string.slot import REST_EVERY, is_exact, is_touched
+from livebass.kernels.string.slot import REST_EVERY, is_touched
 
 LOWEST, HIGHEST = 0.5, 2.0  # tuning of a string: bent farther, the shears of tension (quartet.py) may be unstable
 

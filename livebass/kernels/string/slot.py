@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import square
 from livebass.kernels.string import modal, turning
 from livebass.kernels.string.frame import invalidate_contact
-from livebass.kernels.string.operators import heights
+from livebass.kernels.string.operators import heights, is_exact
 from livebass.kernels.string.preparing import FADE_TO
 from livebass.kernels.string.records import BLOCK, MAX_NEAR, NONE, TOUCHES, UNKNOWN
 
@@ -194,12 +194,6 @@ def steepness(w, op, n):
     Only hands raise it, never contact, friction or losses: a healthy string stays below STEEPEST whatever it hits.
     """
     return np.sqrt(modal.invariant(w, n) / op.length) / (op.fine * op.speed)
-
-
-@jit
-def is_exact(op):
-    """True if all modes of the operator are float64."""
-    return op.split == op.padded
 
 
 @jit

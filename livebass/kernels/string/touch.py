@@ -32,9 +32,9 @@ import numpy as np
 from livebass.compiling import apart, jit
 from livebass.kernels.machine.elementary import exp, sin
 from livebass.kernels.string import modal, quartet
-from livebass.kernels.string.operators import KAPPA, coefficient
+from livebass.kernels.string.operators import KAPPA, coefficient, is_exact
 from livebass.kernels.string.records import BLOCK, DASHPOTS, QUARTET, TOUCHES
-from livebass.kernels.string.slot import SAFETY_STRUCK, is_exact, wake_slot
+from livebass.kernels.string.slot import SAFETY_STRUCK, wake_slot
 
 NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: limits of the modes that dashpots move ...
 HIGHEST_ENDED = 2e3  # ... and on an ended note

@@ -24,6 +24,7 @@ from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
 from livebass.cli.score_bass import basses_of
 from livebass.cli.take_bass import load_take_basses
+from livebass.engine.engine import scaled
 from livebass.engine.render import mix_strings, single
 from livebass.kernels.player.words import STATUS, Row
 from livebass.kernels.score.memory import PROGRAM
@@ -279,6 +280,18 @@ def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
     assert np.isnan(single(np.array([np.nan]))).all()
     strings = single(np.array([[2.5e-38, 2.5e-38, 0.5], [-2.4e-38, 2.5e-38, 0.25]]))
     assert mix_strings(strings).tolist() == [0.0, np.float32(5e-38), 0.75]
+
+
+@pytest.mark.parametrize("wrong", [None, np.nan, np.inf, -np.inf])
+def test_a_block_of_a_file_is_scaled_and_checked_at_once(wrong: float | None) -> None:
+    sound = np.random.default_rng(3).standard_normal((3, 77))
+    sound[0, :2] = 1e-38, 1.7e308
+    if wrong is not None:
+        sound[2, 70] = wrong
+    made, finite = scaled(sound, 0.7)
+    with np.errstate(over="ignore"):
+        np.testing.assert_array_equal(made, single(sound * 0.7))
+    assert made.dtype == np.float32 and made[0, 0] == 0.0 and finite == (wrong is None)
 
 
 @pytest.mark.parametrize("seed", quick(range(100), range(4)))
