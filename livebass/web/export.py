@@ -41,6 +41,9 @@ from livebass.web.recorded_note import FOLDER, NOTE, is_recorded, recorded_files
 from livebass.web.stories import shown_stories
 
 INDEX, SINGLE = "index.html", "livebass.html"
+BASS = '<select id="bass" autocomplete="off"></select>'
+STORIES = '<div id="stories" role="group" aria-label="Stories"></div>'
+REAL = ("real", "Real bass")  # the button of the recorded note
 BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 NEEDED = 6  # files to begin with: scripts, style, kernels and a bass
@@ -324,10 +327,19 @@ def by_need(files: Iterable[str], first: str) -> list[str]:
 
 
 def html(page: dict[str, Any], policy: str) -> str:
-    """Returns the HTML with the page's data and its policy."""
+    """Returns the HTML with the page's data and its policy.
+
+    The header's names are in it, so that nothing moves when the script comes.
+    """
+    options = "".join(f'<option value="{escape(b["name"])}">{escape(b["title"])}</option>' for b in page["basses"])
+    shown = [(f"story-{story['name']}", story["title"]) for story in page.get("stories", ())]
+    shown += [REAL] if "recorded" in page else []
+    buttons = "".join(f'<button id="{escape(name)}" type="button">{escape(title)}</button>' for name, title in shown)
     data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     return (
         text("index.html")
+        .replace(BASS, BASS.replace("><", f">{options}<"))
+        .replace(STORIES, STORIES.replace("><", f">{buttons}<"))
         .replace('href="style.css"', f'href="style.css?v={page["digest"]}"')
         .replace('src="app.js"', f'src="app.js?v={page["digest"]}"')
         .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n{head(page)}')

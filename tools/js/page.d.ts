@@ -14,7 +14,7 @@ type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
 type Others = "one-bar" | "one-row" | "maps" | "map-neck" | "map-text" | "map-hint" | `bench-${string}` | "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "tab" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "transport" | "song-text" | "bench"
-  | "bench-count" | "stories" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
+  | "bench-count" | "stories" | "real" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
   | "recorded" | "recorded-text" | "said" | "pull-place-text" | "pull-apex-text" | "pull-angle-text" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
 
 interface GetElement {

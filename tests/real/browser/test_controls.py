@@ -85,6 +85,7 @@ window.READY = {
   "undo": () => bent({action: bench().value("action") === 2 ? 2.1 : 2}), "reset": () => bent({foam: 5}),
   "redo": () => { bent({relief: 0.5}); $("undo").click(); },
   "slot-A": () => $("slot-B").click(), "slot-B": () => $("slot-A").click(), "link": () => say(""),
+  "newer": () => { own(); onBench(() => { bench().revision = 1; }); },
   "again": slowly, "same": noted, "power": async () => { own(); await player.sound(); },
   "moment": slowly, "picture": slowly, "clip": slowly, "now": slowly,
   "riff": () => offerRiff("#like=jazz-finger&riff=0.28.90.300"),
@@ -187,7 +188,7 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
     """
     bass, drums = song_of([28, 31]), song_of([36])
     song = base64.b64encode(midi_file(bass, [m.copy(channel=9) if not m.is_meta else m for m in drums])).decode()
-    with opened(browser, whole, width, 3600, means == "touch"):
+    with opened(browser, whole, width, 4800, means == "touch"):
         browser.find_element("css selector", "h1").click()  # browsers want a gesture before a sound
         wait(lambda: browser.execute_script("return see.replay !== undefined"))
         browser.execute_script(WATCH, song)

@@ -26,8 +26,6 @@ export function say(/** @type {string} */ text, stays = false) {
 /** @param {string} name @returns {Bass} */
 export const bassCalled = name => /** @type {Bass} */ (PAGE.basses.find(bass => bass.name === name));
 
-for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
-
 // The chosen bass; the one before may still ring.
 export const chosenBass = () => bassCalled($("bass").value);
 

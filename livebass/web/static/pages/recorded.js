@@ -1,7 +1,7 @@
 // Recorded, computed: a note of a real bass, and the same note of a preset; one spectrum over the other, and both can be
 // heard.
 import {read} from "./files.js";
-import {$, PAGE, makeButton, say, setPressed} from "./page.js";
+import {$, PAGE, say, setPressed} from "./page.js";
 import {imageOf, player} from "../audio/player.js";
 import {move} from "../neck/replay.js";
 import {hearBy} from "../audio/sounds.js";
@@ -67,10 +67,9 @@ if (PAGE.recorded) {
         say(`The notes cannot be compared: ${error.message}`);
       });
     };
-    return button;
   };
   $("recorded-text").textContent = note.says;
-  $("stories").append(plays(makeButton("Real bass", {id: "real"}), [0, 1]));
+  plays(/** @type {HTMLButtonElement} */ ($("real")), [0, 1]);
   plays($("hear-recorded"), [0]);
   plays($("hear-computed"), [1]);
 }
