@@ -140,7 +140,7 @@ BEND_STARTS = 3  # bends only after a lower value: a file that uses it as portam
 CC_BEND = function("bend", (5,), f"bend up, by up to 2 semitones, after it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
 CC_BLEND = function(
-    "blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own", "blend"
+    "blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the preset's", "blend"
 )
 SLIDE_STEP = 0.025  # s
 CC_SLIDE_TIME = function(
@@ -180,6 +180,7 @@ class Parameter:
 
 
 PARAMETER_ROWS: dict[str, Parameter] = {}
+OF_PRESET = "preset"  # the value of a choice that keeps what the preset says
 RENAMED: dict[str, str] = {}  # symbols of older versions, which states, sounds and links may have: {old: new}
 
 
@@ -209,7 +210,7 @@ def playing_parameter(
     points: tuple[str, ...] = (),
     controllers: tuple[int, ...] = (),
 ) -> int:
-    """Adds a playing parameter and its controllers' row. Its usual value, 0, keeps the bass's own."""
+    """Adds a playing parameter and its controllers' row. Its usual value, 0, keeps the preset's."""
     number = parameter(symbol, name, group, limits, unit, points, whole=unit == "semitones")
     function(symbol, controllers, does)
     return number
@@ -219,7 +220,7 @@ GAIN_DB = playing_parameter(
     "gain", "Gain", "Sound", (-60.0, 20.0), "gain, from silence to 0 dB", "dB"
 )  # the least is silence
 TONE_POT = playing_parameter(
-    "tone", "Tone", "Sound", (-1.0, 1.0), "tone pot, from closed (0) to open (127); 64 is the bass's own",
+    "tone", "Tone", "Sound", (-1.0, 1.0), "tone pot, from closed (0) to open (127); 64 is the preset's",
     controllers=(17,),
 )  # fmt: skip
 PLUCK_POSITION = playing_parameter(
@@ -232,9 +233,9 @@ DYNAMICS = playing_parameter(
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL, FINGERS, PICKED, THUMB, POPS = range(8)  # values of TECHNIQUE
 TECHNIQUE = playing_parameter(
     "technique", "Stroke", "Playing", (float(OWN), float(POPS)),
-    "in four ranges: the bass's own, plucked, thumb on two strings, thumb on all",
+    "in four ranges: the preset's, plucked, thumb on two strings, thumb on all",
     points=(
-        "the bass's own", "plucked", "thumb on two strings", "thumb on all", "fingers", "pick", "thumb", "pops on all",
+        OF_PRESET, "plucked", "thumb on two strings", "thumb on all", "fingers", "pick", "thumb", "pops on all",
     ),
 )  # fmt: skip
 # The value that each technique of a stroke gives it; other techniques: OWN
@@ -250,7 +251,7 @@ UNEVENNESS = playing_parameter(
 )
 BEND_RANGE = playing_parameter(
     "bend_range", "Bend range", "Playing", (0.0, 24.0),
-    "range of the pitch bend, 0 (the bass's own) to 24 semitones", "semitones",
+    "range of the pitch bend, 0 (the preset's) to 24 semitones", "semitones",
 )  # fmt: skip
 LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of playing parameters: kernels hold them, controllers learn them
 PARAMETERS = len(LEARNABLE)
@@ -378,7 +379,7 @@ class Tuned(NamedTuple):
 
 B0, E1 = 23, 28  # open notes, MIDI
 TUNINGS = {
-    "standard": Tuned("as it is", 0),
+    "standard": Tuned(OF_PRESET, 0),
     "half-step-down": Tuned("half a step down", -1),
     "whole-step-down": Tuned("a whole step down", -2),
     "drop-d": Tuned("drop D", 0, E1, 2),
@@ -426,7 +427,7 @@ SETTINGS = len(SETTING_ROWS)
 MIN_SETTINGS = tuple(row.minimum for row in SETTING_ROWS.values())
 MAX_SETTINGS = tuple(row.maximum for row in SETTING_ROWS.values())
 
-# --- the amp: more knobs of the effects behind the DI; 0 keeps the bass's own ---
+# --- the amp: more knobs of the effects behind the DI; 0 keeps the preset's ---
 
 EQ_LIMIT = 15.0  # dB
 BASS_CORNER, TREBLE_CORNER = 80.0, 4000.0  # Hz, of the two shelves
@@ -434,17 +435,16 @@ LOW_MIDS, HIGH_MIDS = (160.0, 250.0, 400.0, 630.0, 1000.0), (800.0, 1250.0, 2000
 LOW_MID, HIGH_MID = 400.0, 2000.0  # Hz, unless a preset or a knob says otherwise
 CABINETS = ("none", "closed-4x10", "closed-8x10", "vented-1x15")
 LIMITING = ("amp", "off", "on")  # amp: while equaliser, clean blend or a cabinet is on
-OF_BASS = "the bass's own"
 
 
 def _frequency(symbol: str, name: str, centres: tuple[float, ...]) -> None:
     """Adds the row of a middle band's centre frequency."""
-    parameter(symbol, name, "Amp", (0.0, float(len(centres))), points=(OF_BASS, *(f"{f:g} Hz" for f in centres)))
+    parameter(symbol, name, "Amp", (0.0, float(len(centres))), points=(OF_PRESET, *(f"{f:g} Hz" for f in centres)))
 
 
 def _chosen(symbol: str, choices: tuple[str, ...]) -> None:
     """Adds the row of a choice."""
-    parameter(symbol, symbol.capitalize(), "Amp", (0.0, float(len(choices))), points=(OF_BASS, *choices))
+    parameter(symbol, symbol.capitalize(), "Amp", (0.0, float(len(choices))), points=(OF_PRESET, *choices))
 
 
 parameter("clean_blend", "Clean blend", "Amp")  # part of the clean sound beside the drive

@@ -210,6 +210,30 @@ def test_a_contact_lights_its_fret(draw_look: Make, fretless: bool) -> None:
     assert 0 < 2 * gained[0] < gained[1] and (bright(picture.pixels) == rest).all()
 
 
+@pytest.mark.parametrize("chokes", [True, False])
+def test_a_note_that_frets_out_is_said_with_its_fret_and_lit_there(
+    picture: Picture, draw_look: Make, chokes: bool
+) -> None:
+    """Once a note, in place of the title; its fret is lit as long as the string sounds."""
+    at, on = 9, 20
+    look = play(3, at, [1e-4])
+    look["latest"], look["notes"] = 3, 1
+    if chokes:
+        look["string"][0, 3]["sight"]["slot"][1]["length"] = LENGTH - look["place"][0, on]
+    picture.show(look)
+    picture.draw()
+    silent = draw_look(made_look())
+    assert (picture.pixels != silent.pixels)[12:34, 160:300].any() == chokes, "the title"
+    x = x_of(float(look["place"][0, on]), picture)
+    y = lane(picture, 3, 4, x)
+    near = np.s_[round(y) - 12 : round(y) - 4, round(x) - 3 : round(x) + 3]
+    assert (bright(picture.pixels)[near] > bright(silent.pixels)[near] + 60).any() == chokes
+    picture.draw(seconds=15)
+    picture.show(look)
+    picture.draw()
+    assert not (picture.pixels != silent.pixels)[12:34, 160:300].any(), "it is said once"
+
+
 def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
     picture.draw()
     rest = bright(picture.pixels)

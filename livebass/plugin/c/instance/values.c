@@ -212,14 +212,8 @@ static double own_value(const lb_instance *i, int parameter) {
     }
 }
 
-/* The name of a parameter's value `k`, of those that have names: "preset" for what the preset says. */
-static const char *point_name(int parameter, int k) {
-    static const uint8_t of_preset[] = {LB_TECHNIQUE, LB_NAMED_TUNING, LB_EQ_LOW_MID_FREQUENCY, LB_EQ_HIGH_MID_FREQUENCY,
-                                        LB_CABINET, LB_LIMITER}; /* at 0 */
-    for (size_t j = 0; j < sizeof of_preset && !k; j++)
-        if (of_preset[j] == parameter) return "preset";
-    return lb_parameters[parameter].points[k];
-}
+/* True for a text that older versions gave the preset's choice. */
+static int is_older_preset(const char *text) { return !strcmp(text, "the bass's own") || !strcmp(text, "as it is"); }
 
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
@@ -229,7 +223,7 @@ void lb_value_to_text(const lb_instance *i, int parameter, double value, char *t
         return;
     }
     if (p->points) {
-        snprintf(text, room, "%s", point_name(parameter, (int)(value - p->minimum)));
+        snprintf(text, room, "%s", p->points[(int)(value - p->minimum)]);
         return;
     }
     const measure m = measure_of(i, parameter);
@@ -273,12 +267,12 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
         for (int k = 0; p->minimum + k <= lb_maximum(i, parameter); k++) {
             *value = p->minimum + k;
             lb_value_to_text(i, parameter, *value, other, sizeof other);
-            if (!strcmp(other, text) || (p->points && !strcmp(p->points[k], text))) return 1;
+            if (!strcmp(other, text)) return 1;
         }
     }
     const char *last = parameter == LB_GAUGE ? strrchr(text, '-') : 0; /* of two gauges the thickest counts */
     if (parameter == LB_FRET && !strcmp(text, "none")) text = "0";
-    if (!p->points && strstr(text, "preset")) {
+    if (p->points ? is_older_preset(text) : strstr(text, "preset") != 0) {
         *value = p->default_value;
         return 1;
     }

@@ -80,6 +80,7 @@ struct lb_picture {
     double stopped;                /* ... and since when that is shown */
     char notice[MAX_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */
+    int64_t choked[2];             /* the note, and its fret, that has been said to fret out last */
     double values[LB_PARAMETERS];
     const lb_own *own; /* the bass's; 0: not known */
     /* what is typed */
@@ -117,6 +118,9 @@ struct lb_picture {
     /* the neck: x of nut and saddle, pixels per metre along it; its middle, and half its width at nut and saddle */
     double nut, saddle, metre, middle, half[2];
 };
+
+/* The fret that a sounding string lies on, beyond the one that is pressed; 0: it does not fret out. */
+int lb_lies_on(const lb_picture *p, int string);
 
 static inline const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
 

@@ -28,6 +28,7 @@ static const uint32_t finishes[][4] = {
 };
 #define FARTHEST 0.1f /* m, the farthest a string may be from rest; NaN is drawn at rest */
 #define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
+#define SAME_PLACE 1e-5 /* m, within which a string ends at a fret */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
 int lb_fret_held(const lb_picture *p, int string) {
@@ -323,6 +324,20 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     }
 }
 
+/* A string's newest shape, or the one `before` shapes earlier. */
+static const shape *shape_of(const lb_picture *p, int string, int before) {
+    return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
+}
+
+int lb_lies_on(const lb_picture *p, int string) {
+    const LB_LOOK *l = look_of(p);
+    const shape *one = shape_of(p, string, 0);
+    if (l->fretless || !p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
+    for (int k = one->fret + 1; k <= l->frets; k++)
+        if (fabs(l->place[k] - one->stop) < SAME_PLACE) return k;
+    return 0;
+}
+
 static double within(double v, double minimum, double greatest) {
     return v > minimum ? (v < greatest ? v : greatest) : minimum;
 }
@@ -362,6 +377,10 @@ void lb_read_looks(lb_picture *p) {
         for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);
         p->shaped++;
         p->fresh++;
+        for (int i = 0; i < to->strings; i++) { /* a fret that a string lies on is lit as long as it sounds */
+            const int on = lb_lies_on(p, i);
+            if (on) to->string[i].light[on] = 1;
+        }
         p->level = fmax(p->level, 20 * log10(fmax(to->peak, 1e-9)));
     }
     p->taken = taken;
@@ -439,11 +458,6 @@ static float next_height(walk *w) {
     if (at <= 0 || at >= NODES) return 0;
     const int node = (int)at;
     return w->u[node] + (w->u[node + 1] - w->u[node]) * (at - (float)node);
-}
-
-/* A string's newest shape, or the one `before` shapes earlier. */
-static const shape *shape_of(const lb_picture *p, int string, int before) {
-    return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
 }
 
 /* The shapes of a string to draw: the newest, and those since the last picture. */

@@ -91,6 +91,19 @@ static void tell_stop(lb_picture *p) {
     p->noticed = p->stopped = p->seconds;
 }
 
+/* Says in place of the title that the last note frets out, and the fret that its string lies on. */
+static void tell_choked(lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    if (l->latest < 0 || l->latest >= l->strings) return;
+    const int string = (int)l->latest, on = lb_lies_on(p, string), fret = (int)l->string[string].fret;
+    if (!on || (p->choked[0] == l->notes && p->choked[1] == fret)) return;
+    snprintf(p->notice, sizeof p->notice, "String %s, fret %d frets out: it lies on fret %d",
+             lb_note_name((int)l->string[string].open), fret, on);
+    p->noticed = p->seconds;
+    p->choked[0] = l->notes;
+    p->choked[1] = fret;
+}
+
 static int moves_value(const part *q) { return lb_kinds[q->kind].pointer == LB_POINTER_ACROSS; }
 
 /* Ends what the pointer holds. */
@@ -124,6 +137,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     p->own = p->face.own ? p->face.own(p->face.owner) : 0;
     if (p->face.song) p->face.song(p->face.owner, &p->song);
     tell_stop(p);
+    tell_choked(p);
     lb_area changed = {0, 0, 0, 0};
     int all = 0;
     if (p->laid_out != lb_layout_state(p)) {
