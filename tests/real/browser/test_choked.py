@@ -55,6 +55,9 @@ def test_the_line_says_that_a_note_frets_out_and_on_which_fret(page: Any, action
     page.execute_script("release('test', performance.now())")
     page.execute_script("onBench(() => bench().reset())")
     wait(lambda: page.execute_script(AT_REST))
+    page.execute_script("playSame()")
+    same = "it lies on fret 20 before, 0 contacts now."
+    wait(lambda: page.execute_script("return $('seen').textContent").endswith(same))
     page.execute_script(PRESS)
     wait(
         lambda: page.execute_script("return $('seen').textContent").startswith("G string, fret 9: it touches nothing.")

@@ -992,6 +992,10 @@ def test_where_no_sound_comes_it_says_so_and_shows_the_pressed_note(
         wait(lambda: says in text(browser, "lacks") + text(browser, "said"))
         wait(lambda: text(browser, "seen").startswith("Without sound, slowly: "))
         assert browser.execute_script("return [see.note.string, see.note.fret, player.sounding]") == [1, 3, False]
+        browser.execute_script("press('held', 31, 100, performance.now())")
+        wait(lambda: browser.execute_script("return state.repeats"))  # as long as it is held
+        browser.execute_script("release('held')")
+        assert not browser.execute_script("return state.repeats")
         assert not errors(browser)
 
 

@@ -53,6 +53,7 @@ function lift(/** @type {PressedKey} */ key, /** @type {number} */ time) {
   key.end = time;
   key.cell?.classList.remove("down");
   if (player.sounding) sendLate(key.clock, time, noteOff(key));
+  else state.repeats = false; // its silent motion ends
 }
 
 /**

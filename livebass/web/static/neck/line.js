@@ -8,6 +8,12 @@ export const tell = (/** @type {string} */ text) => { $("seen").textContent = te
 
 export const contactsOf = (/** @type {number} */ count) => count === 1 ? "1 contact" : `${count} contacts`;
 
+// What the note of a replay does: "12 contacts", or "it lies on fret 20".
+export function doneBy(/** @type {Replay} */ replay) {
+  const on = see.liesOn(replay), {length} = replay.hits;
+  return on ? `it lies on fret ${chosenBass().capo + on}${length ? `, with ${contactsOf(length)} beyond` : ""}` : contactsOf(length);
+}
+
 // The higher fret that a note's string lies on at rest; undefined: it lies on its own.
 function liesOn(/** @type {SeenNote} */ {string, fret = 0, of = 0}) {
   return (player.basses.get(of)?.rests ?? chosenBass().strings.map(({rests}) => rests))[string]?.[fret];

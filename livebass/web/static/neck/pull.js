@@ -1,6 +1,6 @@
 // Pulls the string itself: in the side view with mouse or finger, or by numbers. The string is drawn as the hand holds it;
 // when the hand lets go, the worker makes its motion and sound from just these numbers.
-import {contactsOf, tell} from "./line.js";
+import {doneBy, tell} from "./line.js";
 import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {Held} from "./pulled.js";
@@ -107,7 +107,7 @@ async function letGo() {
   if (hand.taken) return; // the hand has it again
   const replay = showSlowly(made), {heights} = chosenBass().strings[pull.string];
   keepPull({name: taken.name, label: taken.label, file: taken.file, heights: {[pull.string]: heights}, pulled: pull}, replay);
-  tell(`${said(pull)}: ${contactsOf(replay.hits.length)} in its first ${SHOWN.after} s.`);
+  tell(`${said(pull)}: ${doneBy(replay)} in its first ${SHOWN.after} s.`);
   sounds.then(() => { if (see.replay === replay) hear([made.sound]); }, () => {});
 }
 

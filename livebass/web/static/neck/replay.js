@@ -1,7 +1,7 @@
 // Replays the last note slowly: its motion, repeated from its string's events. After a change on the bench the same
 // pluck is repeated on the changed bass, too, beside the note that was played.
 import {bench} from "../bench/benchview.js";
-import {contactsOf, tell} from "./line.js";
+import {contactsOf, doneBy, tell} from "./line.js";
 import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {SHOWN} from "./see.js";
@@ -68,7 +68,7 @@ async function showSame() {
   const before = await move({...what, response: note.response}, note.file);
   const now = await move({...what, response: player.response, changed: true}, file);
   showSlowly(now, {...before, heights: note.heights[before.string]});
-  const [old, fresh] = [see.other, see.replay].map(replay => contactsOf(replay?.hits.length || 0));
+  const [old, fresh] = [see.other, see.replay].map(replay => replay ? doneBy(replay) : contactsOf(0));
   tell(`The same pluck, in its first ${SHOWN.after} s: ${old} before, ${fresh} now.`);
   return [before.sound, now.sound];
 }

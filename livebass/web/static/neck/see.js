@@ -131,6 +131,13 @@ export class See {
     return 1 + frets.findIndex(place => Math.abs(length - place - sounding) < SAME_PLACE) || fret;
   }
 
+  // The higher fret that the string of a motion lies on in the end; undefined: it does not fret out.
+  /** @returns {number | undefined} */
+  liesOn({slots, string}) {
+    const [length, , fret] = slots.subarray(slots.length - 4), on = this.crownOf(this.bass.strings[string], length, fret);
+    return length && on > fret ? on : undefined;
+  }
+
   // The height (m) of a string's end at rest, on its fret's crown.
   restOf(heights, fret) { return fret ? heights[fret - 1] : 0; }
 

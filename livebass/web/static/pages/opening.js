@@ -1,6 +1,6 @@
 // Notes that are seen and not heard: a hard note on the chosen bass in the page's first seconds, before anybody has touched
 // anything, and what somebody plays where no sound comes.
-import {contactsOf, tell} from "../neck/line.js";
+import {doneBy, tell} from "../neck/line.js";
 import {$, chosenBass, say} from "./page.js";
 import {player} from "../audio/player.js";
 import {goTo, move, showSlowly} from "../neck/replay.js";
@@ -31,15 +31,15 @@ function stringOf(/** @type {number} */ note) {
   return strings.findLastIndex(string => note >= string.note && note <= string.note + frets);
 }
 
-// Shows the last key that was pressed in vain.
+// Shows the last key that was pressed in vain, again and again while it is held.
 async function showUnheard() {
   const key = state.early.at(-1), bass = chosenBass(), string = key?.string ?? (key ? stringOf(key.note) : -1);
   state.early = [];
   if (!player.isMute) say(NO_SOUND, true);
   if (!key || string < 0) return;
   const made = await move({performed: {string, note: key.note, velocity: key.velocity}}, await player.fileOf(bass.name));
-  const {hits} = showSlowly(made);
-  tell(`Without sound, slowly: ${contactsOf(hits.length)}.`);
+  tell(`Without sound, slowly: ${doneBy(showSlowly(made))}.`);
+  state.repeats = key.end === undefined;
 }
 
 player.on("soundless", () => { showUnheard().catch(error => say(`The note cannot be shown: ${error.message}`)); });

@@ -1,7 +1,7 @@
 // Share: a link with the bass, its bench, the playing, the last notes, and the moment of the last note that is shown.
 import {bench} from "../bench/benchview.js";
 import {movedControls} from "../bench/controls.js";
-import {contactsOf, tell} from "../neck/line.js";
+import {doneBy, tell} from "../neck/line.js";
 import {$, ADDRESS, chosenBass, say} from "./page.js";
 import {player} from "../audio/player.js";
 import {hold, said} from "../neck/pull.js";
@@ -69,7 +69,7 @@ async function linkedNote(/** @type {URLSearchParams} */ requested, /** @type {s
   const replay = showStill(bass, made, micros);
   if (!replay) return;
   const rang = requested.get("rang") ? " It plays alone, from rest; before it the string still rang." : "";
-  tell(`A friend's note: ${contactsOf(replay.hits.length)}.${rang}`);
+  tell(`A friend's note: ${doneBy(replay)}.${rang}`);
 }
 
 async function linkedPull(/** @type {string} */ text) {
@@ -80,7 +80,7 @@ async function linkedPull(/** @type {string} */ text) {
   const replay = showStill(bass, await move({pulled}, taken.file), Number(micros));
   if (!replay) return;
   keepPull({...taken, heights: {[pulled.string]: bass.strings[pulled.string].heights}, pulled}, replay);
-  tell(`A friend's pull, ${said(pulled)}: ${contactsOf(replay.hits.length)}.`);
+  tell(`A friend's pull, ${said(pulled)}: ${doneBy(replay)}.`);
 }
 
 // Shows a moment of a motion, if nobody has done anything else meanwhile; returns its replay.

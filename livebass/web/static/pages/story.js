@@ -1,7 +1,7 @@
 // The stories: each step sets a bass and its bench, plays a note, shows it slowly and says what it shows.
 import {chooseBench} from "../bench/benchview.js";
-import {contactsOf, tell} from "../neck/line.js";
-import {$, PAGE, bassCalled, makeButton, say} from "./page.js";
+import {doneBy, tell} from "../neck/line.js";
+import {$, PAGE, bassCalled, say} from "./page.js";
 import {player} from "../audio/player.js";
 import {backToNow, move, showSlowly} from "../neck/replay.js";
 import {hear, hush} from "../audio/sounds.js";
@@ -26,8 +26,8 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
     if (see.replay) backToNow();
     return;
   }
-  const {hits} = showSlowly(made[0]);
-  tell(says.replace("{hits}", hits.length ? contactsOf(hits.length) : "it touches nothing"));
+  const replay = showSlowly(made[0]), none = !replay.hits.length && !see.liesOn(replay);
+  tell(says.replace("{hits}", none ? "it touches nothing" : doneBy(replay)));
   if (player.sounding) hear(made.map(({sound}) => sound));
 }
 
@@ -64,7 +64,7 @@ export function showLinkedStory() {
 }
 
 for (const story of PAGE.stories || [])
-  $("stories").append(makeButton(story.title, {id: `story-${story.name}`, onclick: () => go(story, 0).catch(failed)}));
+  $(/** @type {"stories"} */ (`story-${story.name}`)).onclick = () => { go(story, 0).catch(failed); };
 $("story-back").onclick = () => { if (telling.story) go(telling.story, telling.at - 1).catch(failed); };
 $("story-next").onclick = () => { if (telling.story) go(telling.story, telling.at + 1).catch(failed); };
 addEventListener("hashchange", () => { if (player.ready) showLinkedStory(); });
