@@ -28,7 +28,11 @@ pluck_options = options.together(
     options.option("--string", str, "Name of the string.", default="G"),
     options.option("--fret", Number("number", 0, 36, whole=True), "0 is open.", default=0),
     options.option(
-        "--apex", Quantity(*APEX), "How far the string is pulled.  [default: 3.6mm]", default=3.6e-3, show_default=False
+        "--apex",
+        Quantity(*APEX),
+        "How far the string is pulled; below 0, towards the frets.  [default: 3.6mm]",
+        default=3.6e-3,
+        show_default=False,
     ),
     options.option(
         "--at",

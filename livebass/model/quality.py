@@ -118,7 +118,8 @@ class Limits(NamedTuple):
 
 
 # For a single pluck in `simulate`, `sweep` and studies.
-APEX = Limits("length", 1e-6, 0.030)
+APEX = Limits("length", -0.030, 0.030)  # below 0: towards the frets
+MIN_APEX = 1e-6  # m, either way
 ANGLE = Limits("angle", -1.56, 1.56)  # from straight up
 AT = Limits("length", 1e-3, 2.0)  # from the stop; it must also be on the string
 DURATION = Limits("time", 1e-4, 60.0)

@@ -15,7 +15,7 @@ import numpy as np
 from livebass.kernels.string import law
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
-from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
+from livebass.model.quality import ANGLE, APEX, AT, DURATION, MIN_APEX, QUALITIES, RATE, Quality, modes_for
 from livebass.rows.arrays import Floats, Ints
 from livebass.rows.bounds import refusal, within
 
@@ -136,10 +136,15 @@ def checked_trial(
     """
     apex, at = requested.apex, requested.at
     APEX.check("apex", apex)
+    if abs(apex) < MIN_APEX:
+        raise refusal("apex", f"at least {MIN_APEX * 1e6:g} um either way", f"{apex * 1e6:g} um")
     if not AT.minimum <= at < s.length:
         rule = f"at least {AT.minimum * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
         raise refusal("place of the pluck", rule, f"{at * 1e3:g} mm")
     ANGLE.check("angle", requested.angle)
+    lowest = _lowest_apex(s, at) / math.cos(requested.angle)
+    if apex < lowest:
+        raise refusal("apex", f"at least {lowest * 1e3:.3f} mm there, where the frets are", f"{apex * 1e3:g} mm")
     DURATION.check("duration", requested.duration)
     RATE.check("rate", rate)
     if contact_rate < rate:
@@ -158,6 +163,13 @@ def checked_trial(
     sensor, sensor_v = (s.length - place for place in places)
     length = float(requested.duration)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), length, sensor, sensor_v=sensor_v)
+
+
+def _lowest_apex(s: Speaking, at: float) -> float:
+    """The apex (m, below 0) at which a string pulled towards the neck at `at` (m from the stop) meets an obstacle."""
+    x, height = np.array(s.contact_position), np.array(s.contact_height)
+    part = np.where(x < at, x / at, (s.length - x) / (s.length - at))
+    return float(np.max(height / part, initial=-math.inf))
 
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:

@@ -171,7 +171,7 @@ def test_sweep_is_the_grid_of_single_plucks(workers: int) -> None:
 REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "string": (lambda: livebass.simulate(BASS, string="E"), "this bass has G"),
     "fret": (lambda: livebass.simulate(BASS, fret=99), "frets 0 to 20"),
-    "apex": (lambda: livebass.simulate(BASS, apex=1.0), "apex must be from 1 um to 30 mm, not 1 m"),
+    "apex": (lambda: livebass.simulate(BASS, apex=1.0), "apex must be from -30 mm to 30 mm, not 1 m"),
     "at": (lambda: livebass.simulate(BASS, at=float("nan")), "place of the pluck must be at least"),
     "rate": (lambda: livebass.simulate(BASS, rate=10), "rate must be a whole number of Hz from"),
     "solver": (lambda: livebass.simulate(BASS, solver="magic"), "engine or reference"),

@@ -62,7 +62,7 @@ def simulate(
     Keyword Args:
         string: Name of the string ("G").
         fret: 0 is open (0).
-        apex: Height of the pull, m (3.6e-3).
+        apex: Height of the pull, m; below 0: towards the frets (3.6e-3).
         at: Place of the pluck, m from the nut or the pressed fret (0.64).
         angle: From straight up towards across, rad (0).
         duration: Length of the motion, s (1).

@@ -82,7 +82,7 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--vary", "neck.relief=1mm:1mm:3"], "FROM and TO are the same"),
         (["--vary", "pluck.apex=1:2:3"], "pluck.apex = '1': a length has no unit; units: mm"),
         (["--vary", "pluck.apex=1mm:2N:3"], "pluck.apex = '2N': a length has the unit 'N'"),
-        (["--vary", "pluck.apex=1mm:50mm:3"], "pluck.apex must be from 0.001 mm to 30 mm, not 50 mm"),
+        (["--vary", "pluck.apex=1mm:50mm:3"], "pluck.apex must be from -30 mm to 30 mm, not 50 mm"),
         (["--vary", "pluck.fret=0:12:6"], "pluck.fret must be a whole number, not 2.4"),
         (["--vary", "neck.contact_exponent=1:nan:3"], "must be a number from 1 to 3, not nan"),
         (["--vary", "neck.contact_exponent=one:3:3"], "neck.contact_exponent = 'one': not a number"),

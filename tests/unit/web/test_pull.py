@@ -23,7 +23,13 @@ from livebass.model.trial import (
 
 BASS, STRING, FRET, RATE = "jazz-finger", 1, 3, 48000
 CLOSE = 1e-3  # of full scale: contacts amplify what four frames at once round otherwise
-PULLS = [(4e-3, 0.5, 0.0), (1.5e-3, 0.65, 0.7), (2e-3, 0.2, 0.0)]  # apex, m; place, m from the stop; angle, rad
+PULLS = [
+    (4e-3, 0.5, 0.0),
+    (1.5e-3, 0.65, 0.7),
+    (2e-3, 0.2, 0.0),
+    (-1.2e-3, 0.4, 0.0),
+    (-1e-3, 0.6, 0.7),
+]  # apex, m; place, m from the stop; angle, rad
 HOLD = """
 const [hold, name, rate] = arguments, found = ask({hold, file: fileOf(name, {}), tier: 0, rate});
 return {...found, weights: [...found.weights]};
@@ -75,6 +81,18 @@ def test_a_pull_sounds_as_simulated_with_the_same_numbers(
     assert np.abs(sound - wanted).max() < CLOSE < 0.01 < np.abs(wanted).max()
 
 
+def test_nobody_pulls_a_string_into_its_frets() -> None:
+    """Simulated, the farthest pull towards the frets is where the held string meets one."""
+    s = trial_of(1e-3, 0.4, 0.0).speaking
+    x, height = np.array(s.contact_position), np.array(s.contact_height)
+    part = np.where(x < 0.4, x / 0.4, (s.length - x) / (s.length - 0.4))
+    lowest = (height / part).max()
+    assert trial_of(lowest + 1e-6, 0.4, 0.0).pluck.apex < -1e-3
+    for apex in (lowest - 1e-6, 0.0, 0.04):
+        with pytest.raises(ValueError, match="apex"):
+            trial_of(apex, 0.4, 0.0)
+
+
 def held(page: node.Page, string: int, fret: int, name: str) -> dict[str, Any]:
     found: dict[str, Any] = page.run(HOLD, {"string": string, "fret": fret, "note": 36}, name, RATE)
     return found
@@ -89,7 +107,7 @@ def test_the_held_shape_is_that_of_the_simulation(page: node.Page, hands: node.N
         x = np.linspace(0, length, 81)
         wanted = math.sqrt(2 / length) * np.sin(np.outer(x, np.arange(1, len(q) + 1)) * np.pi / length) @ q
         assert np.allclose(apex * np.array(hands.run(script, found, place, x.tolist())), wanted, atol=1e-9)
-        assert 0.9 * apex < wanted.max() < apex  # a finger rounds the corner
+        assert 0.9 < wanted[np.abs(wanted).argmax()] / apex < 1  # a finger rounds the corner
 
 
 def test_a_player_s_hardest_pluck_is_that_of_the_highest_velocity(page: node.Page) -> None:
