@@ -9,8 +9,8 @@ of the sounding string s and a line j of an idle string t exchange
 
 on top of their own motion. Y is the neck's velocity at the nut along the axis, where t ends, over the force where s
 ends (model/answers.py), at the complex frequency midway between i and j: at that of j alone, the slower of their two
-motions may last a third too long. A string's modes already include the losses and detunings by its own end. Each j
-pairs with the nearest i within NEAR rad/s, and only pairs with an effect count.
+motions may last twice as long as it should. A string's modes already include the losses and detunings by its own end.
+Each j pairs with the nearest i within NEAR rad/s, and only pairs with an effect count.
 
 An idle string touches nothing, so its lines along a and b are free oscillators, heard as pickups hear these directions.
 The sounding string moves along u and v: with velocity amplitudes omega A, its line along a is c u + s v, along b
