@@ -437,11 +437,11 @@ def next_answer(string):
 def excite_answers(string, ops, step, frame, due):
     """Exchanges energy with the answers after a `frame`, in which the string has moved to fine step `step`.
 
-    A string that sounds does so if it is `due`: after a quartet, for all its frames.
+    Only while strings are idle. A string that sounds does so if it is `due`: after a quartet, for all its frames.
     """
     voice, a = string.voice, string.answers
     slot = string.slots[voice.slot]
-    if voice.idle == 0 or (slot.on and not due):
+    if slot.on and not due:
         return
     for before in range(QUARTET - 1 if slot.on else 0, -1, -1):
         if slot.on and a.count > 0 and not voice.cut:
