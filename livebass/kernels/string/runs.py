@@ -121,7 +121,8 @@ def next_frame(string, ops):
         touch.damp_ended(voice, slot, op)
     if op.turned > 0:
         turning.exchange(voice, slot, op, voice.step, True)
-    answers.excite_answers(string, ops, voice.step, voice.frame - 1, True)
+    if voice.idle != 0:
+        answers.excite_answers(string, ops, voice.step, voice.frame - 1, True)
 
 
 @apart
