@@ -94,7 +94,7 @@ def _ringing(s: Speaking, j: Floats, across: bool) -> tuple[Floats, Floats]:
     columns, others = np.reshape(numbers, (count, 3)).T[..., None], rate * (np.arange(count)[:, None] != near[0])
     for _ in range(law.ROUNDS):
         before = at
-        real, imaginary = law.moving(columns, 0, before)[:2]  # all resonances at once, summed in their order
+        real, imaginary = law.resonating(*columns, before)[:2]  # all resonances at once, summed in their order
         ring, decay = np.subtract.reduce([still[0], *(others * imaginary)]), np.add.reduce([still[1], *(others * real)])
         at = law.approach(numbers, (0, 0), rate, (ring, decay), near, before)
         if np.all(abs(at[0] - before[0]) + abs(at[1] - before[1]) < law.NEAR_ENOUGH * nu):
