@@ -89,7 +89,8 @@ def run(string, ops, events, count, out, across):
             out[i] = taps[0]
             if i < across.shape[0]:
                 across[i] = taps[1]
-            answers.next_answer(string)
+            if voice.answering:
+                answers.next_answer(string)
         else:
             held = hold_sample(string, held)
             if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
@@ -311,7 +312,7 @@ def hold_sample(string, held):
     voice = string.voice
     for k in range(2 * max(voice.pickups, 1)):
         string.batch[k, held] = string.taps[k]
-    string.answer[held] = answers.next_answer(string)
+    string.answer[held] = answers.next_answer(string) if voice.answering else 0.0
     return held + 1
 
 

@@ -425,10 +425,8 @@ def put_answer(voice, a, g, x, z):
 
 @jit
 def next_answer(string):
-    """Returns the answers' signal in this frame and moves them to the next."""
+    """Returns the answers' signal in this frame and moves them to the next; while any sound."""
     voice, a = string.voice, string.answers
-    if not voice.answering:
-        return 0.0
     set_answer_damping(voice, a)
     return rotate_answers(a, (voice.answering + BLOCK - 1) // BLOCK * BLOCK)
 
