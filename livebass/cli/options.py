@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.values import Number
+from livebass.cli.values import Number, Parsed
 from livebass.model.quality import QUALITIES
 from livebass.preset.programs import DEFAULT
 
@@ -90,19 +90,33 @@ def count_option(
     return option(name, Number(metavar, minimum, maximum, whole=True), help, **more)
 
 
+def _axis(text: str) -> Any:
+    """A parameter and its values, KEY=FROM:TO:N. Raises ValueError."""
+    from livebass.lab.experiment.grid import axis
+
+    return axis(text)
+
+
+vary_option = option(
+    "--vary axes",
+    Parsed("axis", _axis),
+    "A parameter and its values; repeatable.",
+    multiple=True,
+    metavar="KEY=FROM:TO:N[:log]",
+)
+scheduler_option = option(
+    "--scheduler",
+    str,
+    "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.",
+    metavar="ADDRESS",
+)
 cluster_options = together(
-    count_option("--workers", 1024, "Number of processes.  [default: one per core]"),
-    option(
-        "--scheduler",
-        str,
-        "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.",
-        metavar="ADDRESS",
-    ),
+    count_option("--workers", 1024, "Number of processes.  [default: one per core]"), scheduler_option
 )
 
 
 def check_cluster(workers: int | None, scheduler: str | None) -> None:
-    """Raises UsageError if both `cluster_options` are given."""
+    """Raises UsageError if both --workers and --scheduler are given."""
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
 

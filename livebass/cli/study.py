@@ -12,7 +12,7 @@ import click
 from livebass.cli import options
 from livebass.cli.messages import say
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
-from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Parsed, Quantity
+from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.lab.experiment.quantities import DEFAULT_QUANTITIES, QUANTITIES
 from livebass.model.quality import ANGLE, APEX, AT, DURATION
 from livebass.system.cores import core_count
@@ -113,26 +113,13 @@ class Interrupted(click.ClickException):
     exit_code = INTERRUPTED
 
 
-def _axis(text: str) -> Axis:
-    """A parameter and its values, KEY=FROM:TO:N. Raises ValueError."""
-    from livebass.lab.experiment.grid import axis
-
-    return axis(text)
-
-
 def _quantities() -> str:
     """The list of quantities in the help."""
     return "\b\nQuantities:\n" + "\n".join(f"  {row.title:<36}{row.meaning}" for row in QUANTITIES.values())
 
 
 @click.command(epilog=_quantities())
-@options.option(
-    "--vary axes",
-    Parsed("axis", _axis),
-    "A parameter and its values; repeatable.",
-    multiple=True,
-    metavar="KEY=FROM:TO:N[:log]",
-)
+@options.vary_option
 @pluck_options
 @options.option(
     "--contact-rate",

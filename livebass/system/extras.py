@@ -20,7 +20,7 @@ USES = (  # what needs packages beside those of livebass itself: the extras, all
     ("`study` with the names of studies", "analysis,plots"),
     ("`fit`", "analysis,fit,plots"),
     ("`fit --no-page`", "analysis,fit"),
-    ("`study sweep --scheduler`, and `fit --scheduler` besides", "cluster"),
+    ("`study sweep --scheduler`, `map --scheduler`, and `fit --scheduler` besides", "cluster"),
     ("`export vst3`, `clap`, `lv2` without a C compiler, or for other systems", "export"),
     ("`simulate --solver reference`, `study claims`, `bench render`, from a wheel", REFERENCE),
 )

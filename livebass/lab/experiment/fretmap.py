@@ -3,14 +3,20 @@
 Each note is played by the bass's own player on strings at rest, as a MIDI note of one velocity on that string, and
 held. The map counts its contacts in a stated time from the release, or from a thumb's strike, and says how long they
 go on: buzz that lasts.
+
+Each note is computed by itself, in threads of this process, in other processes or on a Dask cluster: the same map.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Any
+import hashlib
+import threading
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +24,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import play_frames
 from livebass.kernels.player.words import NOTE_STRING, word_of
 from livebass.kernels.string.records import PLUCK
+from livebass.lab.experiment.grid import Axis, program, varied
 from livebass.live.thread.sight import see_contact
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
@@ -28,11 +35,14 @@ from livebass.rows.arrays import Floats
 from livebass.rows.bounds import within
 from livebass.system.cores import core_count
 
+if TYPE_CHECKING:
+    from livebass.lab.experiment.workers import Compute
+
 RATE = 48_000  # Hz
 VELOCITY, DURATION = 100, 0.5  # of the standard pluck; s that its contacts are counted
 NOTE_ON, PIECE = 0x90, 2400  # frames played between two reads of the contacts
 LOG = 4096  # contacts that a string keeps until they are read
-AHEAD = 2  # notes prepared for each core
+MAX_MAPS = 1000  # of one sweep
 LETTERS = "AB"  # of maps side by side
 PANELS = (("contacts", "contacts in {:g} s", 1.0), ("lasts", "last contact, ms after the release", 1e3))
 LIGHT = 0.6  # part of the greatest value from which numbers are white
@@ -69,6 +79,49 @@ class _Watched(Engine):
     contacts = LOG
 
 
+@dataclass(frozen=True, eq=False)
+class Note:
+    """One note of a map, as a point of a sweep."""
+
+    bass: Instrument
+    string: int  # from the lowest
+    fret: int
+    velocity: int
+    duration: float  # s
+    quality: Quality
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return f"{self.bass.name}: string {self.bass.strings[self.string].name} fret {self.fret}"
+
+    @property
+    def work(self) -> Note:
+        """Itself: a worker solves it."""
+        return self
+
+    @cached_property
+    def digest(self) -> str:
+        """Of everything that the result depends on."""
+        return hashlib.sha256(f"{program()}\n{self!r}".encode()).hexdigest()[:32]
+
+
+def solve_note(note: Note) -> dict[str, float]:
+    """The numbers of a note's `Cell`, in any process or thread. Raises ValueError for a neck that nobody could play."""
+    with PREPARING:
+        engine = _prepared(note.bass, note.quality).another()
+    return _played(engine, note.string, note.fret, note.velocity, note.duration)
+
+
+PREPARING = threading.Lock()
+
+
+@lru_cache(maxsize=2)
+def _prepared(bass: Instrument, quality: Quality) -> _Watched:
+    """An engine, kept from one note to the next."""
+    return _Watched(bass, quality, RATE)
+
+
 def fret_map(
     bass: Instrument,
     *,
@@ -89,31 +142,70 @@ def fret_map(
     Raises:
         ValueError: A value out of its limits, or a neck that nobody could play.
     """
+    return fret_maps(notes_of([bass], velocity, duration, quality), in_threads, progress)[0]
+
+
+def notes_of(
+    basses: Sequence[Instrument], velocity: int = VELOCITY, duration: float = DURATION,
+    quality: Quality = QUALITIES["live"],
+) -> list[Note]:  # fmt: skip
+    """Every note of basses, from the lowest string and its open note up. Raises ValueError."""
     within("velocity", velocity, 1, 127, whole=True)
     within("duration", duration, 0.01, 10.0, "s")
-    engine = _Watched(bass, quality, RATE)
-    places = [(i, fret) for i in range(len(bass.strings)) for fret in range(bass.frets + 1)]
-    cells: list[Cell] = []
-    with ThreadPoolExecutor(core_count()) as pool:
-        running: list[Future[Cell]] = []
+    return [
+        Note(bass, i, fret, velocity, duration, quality)
+        for bass in basses
+        for i in range(len(bass.strings))
+        for fret in range(bass.frets + 1)
+    ]
 
-        def collect() -> None:
-            cells.append(running.pop(0).result())
+
+def varied_basses(preset: str, axes: Sequence[Axis]) -> list[Instrument]:
+    """A preset's bass for every combination of its keys' values, named by them. Raises ValueError."""
+    found = varied(preset, axes, MAX_MAPS)
+    return [replace(bass, name=f"{bass.name}, {name}") for name, bass in found]
+
+
+def in_threads(notes: Sequence[Note], workers: int | None = None) -> Generator[tuple[Note, dict[str, float]]]:
+    """Computes notes in threads of this process, by default one per core; yields each with its result."""
+    with ThreadPoolExecutor(workers or core_count()) as pool:
+        running = [pool.submit(solve_note, note) for note in notes]
+        try:
+            yield from ((note, future.result()) for note, future in zip(notes, running, strict=True))
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def fret_maps(
+    notes: Sequence[Note], compute: Compute, progress: Callable[[float], None] | None = None
+) -> list[FretMap]:
+    """The maps of `notes`, as `notes_of` gives them, one for each bass.
+
+    Args:
+        notes: The notes.
+        compute: As in workers.py.
+        progress: Called with the fraction done, 0 to 1.
+    """
+    once = {note.digest: note for note in notes}  # those of equal basses are the same
+    found: dict[str, Cell] = {}
+    with closing(compute(list(once.values()))) as done:
+        for note, values in done:
+            string, on, contacts = note.bass.strings[note.string], int(values["on"]), int(values["contacts"])
+            measured = [values[name] for name in ("hardest", "speed", "lasts")]
+            found[note.digest] = Cell(string.name, note.fret, on, contacts, *measured)
             if progress:
-                progress(len(cells) / len(places))
-
-        for i, fret in places:
-            running.append(pool.submit(_cell, engine.another(), i, fret, velocity, duration))
-            if len(running) > AHEAD * core_count():
-                collect()
-        while running:
-            collect()
-    row = bass.frets + 1
-    rows = tuple(tuple(cells[k : k + row]) for k in range(0, len(cells), row))
-    return FretMap(bass.name, velocity, duration, rows)
+                progress(len(found) / len(once))
+    rows: dict[int, dict[int, list[Cell]]] = {}
+    for note in notes:
+        rows.setdefault(id(note.bass), {}).setdefault(note.string, []).append(found[note.digest])
+    first = {id(note.bass): note for note in notes}
+    return [
+        FretMap(first[of].bass.name, first[of].velocity, first[of].duration, tuple(map(tuple, strings.values())))
+        for of, strings in rows.items()
+    ]
 
 
-def _cell(engine: Engine, i: int, fret: int, velocity: int, duration: float) -> Cell:
+def _played(engine: Engine, i: int, fret: int, velocity: int, duration: float) -> dict[str, float]:
     """Plays a note on string `i` of a fresh engine."""
     bass, voice = engine.instrument, engine.voices[i]
     string, neck = bass.strings[i], bass.necks[i]
@@ -134,11 +226,17 @@ def _cell(engine: Engine, i: int, fret: int, velocity: int, duration: float) -> 
         taken = logged
     speed, hardest, _ = max(contacts, default=(0.0, np.nan, 0.0))
     lasts = max((frame for *_, frame in contacts), default=0.0) / engine.rate
-    return Cell(string.name, fret, lies_on(string, neck, fret), taken, float(hardest), speed, max(0.0, lasts))
+    measured = {"hardest": float(hardest), "speed": speed, "lasts": max(0.0, lasts)}
+    return {"on": lies_on(string, neck, fret), "contacts": taken, **measured}
 
 
 def table(maps: Sequence[FretMap]) -> str:
-    """Maps as text, a line for each fret: contacts, and ms that they last; or the fret that the string lies on."""
+    """Maps as text, a line for each fret: contacts, and ms that they last; or the fret that the string lies on.
+
+    Two maps are side by side, more one below the other.
+    """
+    if len(maps) > len(LETTERS):
+        return "\n".join(table([one]) for one in maps)
     cells = [row for one in maps for row in one.strings]
     names = [""] if len(maps) == 1 else [f"{letter}: " for letter in LETTERS]
     titles = [

@@ -336,6 +336,35 @@ def _points(settings: Settings, axes: Sequence[Axis], builder: Builder, data: di
         yield Point(numbers, name, work, hashlib.sha256(f"{program()}\n{work!r}".encode()).hexdigest()[:32])
 
 
+def varied(preset: str, axes: Sequence[Axis], maximum: int) -> list[tuple[str, Instrument]]:
+    """The bass of a preset for every combination of values, at most `maximum`, each with their names, the last fastest.
+
+    Raises ValueError for a bass that cannot be, an axis of the pluck, one that changes nothing, and one given twice.
+    """
+    within("number of combinations", math.prod(len(axis.numbers) for axis in axes), 1, maximum)
+    label, data = preset_tables(preset)
+    for axis in axes:
+        dotted = axis.at.dotted
+        if axis.at.section == "pluck":
+            raise ValueError(f"{dotted}: the bass's player plucks here; vary a key of the preset")
+        if [each.at.dotted for each in axes].count(dotted) > 1:
+            raise ValueError(f"{dotted}: given twice")
+        axis.at.tables(copy.deepcopy(data))
+        whys = {hiding_reason(axis.at, data, string["name"]) for string in data["string"]}
+        if "" not in whys:
+            raise ValueError(f"{dotted} changes nothing in preset {preset}: {min(whys)}")
+    made = []
+    for numbers in itertools.product(*(axis.numbers for axis in axes)):
+        name, changed = ", ".join(axis.shown(n) for axis, n in zip(axes, numbers, strict=True)), copy.deepcopy(data)
+        for axis, number in zip(axes, numbers, strict=True):
+            axis.at.put(changed, axis.raw(number))
+        try:
+            made.append((name, Builder(label).instrument(changed)))
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+    return made
+
+
 def _work(bass: Instrument, settings: Settings) -> Work:
     """The trial and output of one point, without values irrelevant there, so digests agree."""
     s = speaking_string(bass, settings.string, settings.fret)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Generator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command import Run, cli_text
+from support.command import Run, cli_text, refusal
 
 from livebass import load_preset
-from livebass.lab.experiment.fretmap import FretMap, fret_map, picture, table
+from livebass.lab.experiment.fretmap import FretMap, Note, fret_map, fret_maps, in_threads, notes_of, picture, table
 
 SEVENTH = 7
 
@@ -84,6 +86,51 @@ def test_pictures_and_tables_of_one_bass(plain: FretMap) -> None:
     assert picture([plain]).startswith(b"\x89PNG")
     assert table([plain]).splitlines()[1].split() == ["fret", *"EADG"]
     assert plain.values("contacts").shape == (4, 21) and np.isnan(plain.values("hardest")[:, -1]).all()
+
+
+def test_a_sweep_maps_every_combination(run: Run, tmp_path: Path) -> None:
+    """Each map is that of a preset with these values, with any number of threads."""
+    short, made, alone = ("--duration", "20ms"), tmp_path / "made.csv", tmp_path / "alone.csv"
+    found = cli_text(run, "map", "--vary", "neck.action=0.7mm:2mm:2", *short, "--workers", 2, "--csv", made)
+    assert found.startswith("A: Jazz bass, fingers, neck.action = 0.7 mm: contacts")
+    low = tmp_path / "low.toml"
+    low.write_text('like = "jazz-finger"\n[neck]\naction = "0.7 mm"\n')
+    cli_text(run, "map", "-p", low, *short, "--workers", 1, "--csv", alone)
+    of_sweep, single = ([row[1:] for row in csv.reader(file.read_text().splitlines())] for file in (made, alone))
+    assert len(of_sweep) == 1 + 2 * 84 and of_sweep[:85] == single != of_sweep[:1] + of_sweep[85:]
+
+
+def test_more_than_two_maps_are_below_each_other(plain: FretMap) -> None:
+    maps = [replace(plain, name=name) for name in ("one", "two", "three")]
+    assert table(maps) == "\n".join(table([one]) for one in maps)
+
+
+def test_equal_basses_are_plucked_once() -> None:
+    bass, asked = load_preset("jazz-finger"), list[Note]()
+
+    def compute(notes: Sequence[Note]) -> Generator[tuple[Note, dict[str, float]]]:
+        asked.extend(notes)
+        yield from in_threads(notes)
+
+    same = fret_maps(notes_of([bass, replace(bass)], 20, 0.01), compute)
+    assert len(asked) == 84 and same[0] == same[1]
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (("--vary", "pluck.apex=1mm:2mm:2"), "the bass's player plucks here"),
+        (("--vary", "neck.height_scale=1:2:3"), "changes nothing in preset jazz-finger"),
+        (("--vary", "neck.action=1mm:2mm:2", "--vary", "neck.action=1mm:3mm:2"), "given twice"),
+        (("--vary", "neck.action=1mm:2mm:2000"), "number of combinations must be from 1 to 1000"),
+        (("--vary", "neck.action=1mm:2mm:2", "--beside", "slap"), "give one of them"),
+        (("--vary", "neck.action=1mm:2mm:3", "-o", "neck.png"), "one or two maps, not 3"),
+        (("--workers", 2, "--scheduler", "tcp://a:1"), "give one of them"),
+        (("--scheduler", "nonsense"), "nonsense: must be an address such as tcp://host"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_refused(run: Run, given: tuple[object, ...], why: str) -> None:
+    assert why in refusal(run, "map", *given)
 
 
 @pytest.mark.parametrize(
