@@ -7,7 +7,7 @@ type ControlName = "gain" | "tone" | "blend" | "pluck_position" | "velocity_curv
   | "clean_blend" | "eq_bass" | "eq_low_mid" | "eq_low_mid_frequency" | "eq_high_mid" | "eq_high_mid_frequency"
   | "eq_treble" | "cabinet" | "limiter";
 type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "pull" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
-  | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "newer" | "save" | "link" | "midi" | "panic" | "response"
+  | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "newer" | "save" | "link" | "send" | "midi" | "panic" | "response"
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
 type Inputs = ControlName | "pull-place" | "pull-apex" | "pull-angle" | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
@@ -141,13 +141,14 @@ interface PageData {
 }
 
 // What one pluck does at a fret: contacts; where it hits hardest, and how fast (m/s); the last contact, s after the
-// release; the fret that the string lies on
+// release; the fret that the string lies on; all this in words
 interface FretCell {
   contacts: number;
   hardest?: number;
   speed: number;
   last: number;
   on: number;
+  title: string;
 }
 
 interface FretRow {

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from support.browser import errors, open_page, resize, wait
+from support.browser import COPIED, errors, open_page, resize, wait
 
 SIZES = [(360, 800), (390, 844), (844, 390)]
 PARTS = "return ['neck', 'seen', 'side', 'one-bar', 'bench-action'].map(id => $(id).getBoundingClientRect().toJSON())"
@@ -44,6 +44,24 @@ def test_cause_and_effect_are_on_one_screen_and_the_same_pluck_plays_by_itself(p
     assert slider["height"] >= 40 and slider["width"] > 90
     assert [p["top"] for p in before] == pytest.approx([p["top"] for p in parts], abs=1)
     assert page.execute_script("return scrollY") == 0
+
+
+def test_share_is_in_sight_and_under_the_finger(browser: Any, whole: str) -> None:
+    open_page(browser, whole)
+    browser.execute_script(COPIED)
+    at = "const {x, y, width, height} = $('send').getBoundingClientRect(); "
+    at += "return document.elementFromPoint(x + width / 2, y + height / 2)?.id"
+    for size in (*SIZES, (640, 400)):
+        with resize(browser, *size):
+            wait(lambda: not browser.execute_script("return $('one-bar').hidden"))
+            assert browser.execute_script(at) == "send", size
+            covered = "const [a, b] = ['send', 'bench-action'].map(id => $(id).getBoundingClientRect());"
+            covered += "return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom"
+            assert not browser.execute_script(covered), size
+            browser.find_element("id", "send").click()
+            wait(lambda: browser.execute_script("return (window.copied || '').includes('like=jazz-finger')"))
+            browser.execute_script("window.copied = ''; $('said').textContent = ''")
+    assert browser.execute_script("return getComputedStyle($('send')).display") == "none"
 
 
 def test_the_slider_in_sight_is_chosen_or_the_one_moved_last(page: Any) -> None:

@@ -1,6 +1,7 @@
 // The fret map: what one pluck does at every string and fret of the bass on the bench, beside the map before it. The
 // same as `livebass map`.
 import {changesText} from "./benchview.js";
+import {crownText, onBoard} from "../neck/line.js";
 import {$, PAGE, chosenBass, make, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {workshop} from "../audio/workshop.js";
@@ -29,7 +30,10 @@ async function mapNeck(progress) {
       const buzz = {string: i, open: note, frets, velocity, frames: Math.round(seconds * rate)};
       const found = await workshop.ask({buzz, file: copy, tier: PAGE.tier, rate}, [copy]);
       if (number !== work.number) return undefined;
-      cells.push(...found.map((cell, k) => ({...cell, last: cell.last / rate, on: rests[i][fret + k] ?? fret + k})));
+      cells.push(...found.map((each, k) => {
+        const cell = {...each, last: each.last / rate, on: rests[i][fret + k] ?? fret + k};
+        return {...cell, title: cellTitle(i, cell, fret + k)};
+      }));
       progress((i + cells.length / (bass.frets + 1)) / bass.strings.length);
     }
     strings.push({name, cells});
@@ -41,11 +45,11 @@ function cellText(/** @type {FretCell} */ {contacts, on}, /** @type {number} */ 
   return on !== fret ? `→${on}` : contacts ? String(contacts) : "·";
 }
 
-function cellTitle(/** @type {string} */ name, /** @type {FretCell} */ {contacts, hardest, last, on}, /** @type {number} */ fret) {
-  const where = `${name} string, ${fret ? `fret ${fret}` : "open"}`;
-  if (on !== fret) return `${where}: frets out, it lies on fret ${on}`;
+function cellTitle(/** @type {number} */ string, /** @type {Omit<FretCell, "title">} */ {contacts, hardest, last, on}, /** @type {number} */ fret) {
+  const where = `${chosenBass().strings[string].name} string, ${fret ? `fret ${fret}` : "open"}`;
+  if (on !== fret) return `${where}: frets out, it lies on ${crownText(string, on)}`;
   if (!contacts) return `${where}: no contact`;
-  const at = chosenBass().fretless ? `${Math.round(1000 * (hardest || 0))} mm from the nut` : `fret ${hardest}`;
+  const at = chosenBass().fretless ? onBoard(hardest || 0) : `fret ${hardest}`;
   return `${where}: ${contacts} contact${contacts === 1 ? "" : "s"}, hardest at ${at}, the last after ${Math.round(1000 * last)} ms`;
 }
 
@@ -56,7 +60,7 @@ function show() {
     const head = make("tr", {}, make("th", {scope: "col", textContent: "fret"}));
     strings[0].cells.forEach((_, fret) => head.append(make("th", {scope: "col", textContent: fret || "open"})));
     const rows = [...strings].reverse().map(({name, cells}) => make("tr", {}, make("th", {scope: "row", textContent: name}), ...cells.map((cell, fret) => {
-      const made = make("td", {textContent: cellText(cell, fret), title: cellTitle(name, cell, fret)});
+      const made = make("td", {textContent: cellText(cell, fret), title: cell.title});
       made.className = cell.on === fret ? "" : "choked";
       made.style.setProperty("--part", `${Math.round(FULL * cell.contacts / most)}%`);
       return made;

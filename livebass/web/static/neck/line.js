@@ -8,10 +8,19 @@ export const tell = (/** @type {string} */ text) => { $("seen").textContent = te
 
 export const contactsOf = (/** @type {number} */ count) => count === 1 ? "1 contact" : `${count} contacts`;
 
+// A place of the board, m from the nut.
+export const onBoard = (/** @type {number} */ place) => `the board ${Math.round(1000 * place)} mm from the nut`;
+
+// What a string lies on that frets out: "fret 20", or a place of the board.
+export function crownText(/** @type {number} */ string, /** @type {number} */ on) {
+  const {strings, capo, fretless} = chosenBass();
+  return fretless ? onBoard(strings[string].frets[on - 1]) : `fret ${capo + on}`;
+}
+
 // What the note of a replay does: "12 contacts", or "it lies on fret 20".
 export function doneBy(/** @type {Replay} */ replay) {
   const on = see.liesOn(replay), {length} = replay.hits;
-  return on ? `it lies on fret ${chosenBass().capo + on}${length ? `, with ${contactsOf(length)} beyond` : ""}` : contactsOf(length);
+  return on ? `it lies on ${crownText(replay.string, on)}${length ? `, with ${contactsOf(length)} beyond` : ""}` : contactsOf(length);
 }
 
 // The higher fret that a note's string lies on at rest; undefined: it lies on its own.
@@ -24,18 +33,17 @@ export function tellNote(/** @type {SeenNote} */ note) {
   const {string, fret = 0, contacts} = note, {strings, capo, fretless} = chosenBass(), on = liesOn(note);
   if (on) {
     const hits = contacts.length ? `, with ${contactsOf(contacts.length)} beyond` : "";
-    return tell(`${strings[string].name} string, fret ${capo + fret} frets out: it lies on fret ${capo + on}${hits}. Raise the action to free it.`);
+    return tell(`${strings[string].name} string, fret ${capo + fret} frets out: it lies on ${crownText(string, on)}${hits}. Raise the action to free it.`);
   }
   const where = `${strings[string].name} string, ${fret ? `fret ${capo + fret}` : "open"}`;
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
-  const place = fretless ? `the board ${Math.round(1000 * hardest.fret)} mm from the nut`
-    : `fret ${capo + hardest.fret}`;
+  const place = fretless ? onBoard(hardest.fret) : `fret ${capo + hardest.fret}`;
   return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${place} hardest.`);
 }
 
 player.on("reported", tellNote);
 player.on("kept", note => { // a fret that a string lies on flashes like one that is hit
-  const fret = liesOn(note);
-  if (fret) see.light({string: note.string, fret, speed: FULL_SPEED}, 1, performance.now());
+  const {string} = note, on = liesOn(note), {fretless, strings} = chosenBass();
+  if (on) see.light({string, fret: fretless ? strings[string].frets[on - 1] : on, speed: FULL_SPEED}, 1, performance.now());
 });

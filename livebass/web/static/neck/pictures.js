@@ -194,12 +194,15 @@ export class Pictures {
     this.drawHeights(g, colour, y, below / MM, above / MM, x(0) - 12 * px, w, px);
     this.drawBelow(g, colour, s, x, h - foot, px);
     this.drawCrowns(g, colour, string, x, y, h - foot, px);
-    const trace = tint => ({string: i, fret, length, u}) => {
+    const trace = (tint, heights = s.heights) => ({string: i, fret, length, u}) => {
       if (i !== string || drawn) return;
       drawn = true;
+      const choked = see.crownOf(s, length, fret) > fret; // from the pressed fret on the string lies still
+      const [stop, top] = choked ? [s.frets[fret - 1], heights[fret - 1]] : [s.length - length, u[0]];
       g.strokeStyle = tint;
       g.lineWidth = 2 * px;
       g.beginPath();
+      if (choked) g.lineTo(x(stop), y(top));
       const {held} = see, grip = held && POINTS * held.place / length;
       for (let k = 0; k <= POINTS; k++) {
         g.lineTo(x(s.length - length + length * k / POINTS), y(u[k]));
@@ -207,10 +210,10 @@ export class Pictures {
       }
       g.stroke();
       if (held) this.drawHand(g, colour, x(s.length - length + held.place), y(held.height), px);
-      if (fret) this.drawFinger(g, colour, x(s.length - length), y(u[0]), x(0), px);
+      if (fret) this.drawFinger(g, colour, x(stop), y(top), x(0), px);
     };
     let drawn = false;
-    if (see.other) see.drawReplay(see.other, see.other.at, trace(colour.other));
+    if (see.other) see.drawReplay(see.other, see.other.at, trace(colour.other, see.other.heights));
     drawn = false;
     if (this.moves) see.eachString(trace(colour.ink));
     if (drawn) return;

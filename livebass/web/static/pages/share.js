@@ -92,4 +92,4 @@ function showStill(/** @type {Bass} */ bass, /** @type {Motion} */ made, /** @ty
   return replay;
 }
 
-$("link").onclick = copyLink;
+$("link").onclick = $("send").onclick = copyLink; // the second is in sight on phones, where the bench is folded

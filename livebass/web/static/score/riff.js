@@ -1,6 +1,7 @@
 // A riff in a link: the last notes that somebody played, with their times, lengths and stroke.
 import {$, make, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
+import {tell} from "../neck/line.js";
 import {state} from "../pages/state.js";
 import {STROKES, pluckWith} from "../neck/techniques.js";
 import {Transport} from "./transport.js";
@@ -65,6 +66,7 @@ export function offerRiff(/** @type {string} */ hash) {
     transport.open([], Math.max(...offered.map(([begin, , , length]) => begin + length)) / 1000);
     const found = STROKES.find(({symbol}) => symbol === stroke);
     if (found) pluckWith(found);
+    if (!requested.has("moment") && !requested.has("pulled")) tell("A friend's notes on this bass: play the riff, or press a string.");
   } catch (error) {
     $("riff").hidden = true;
     say(`${/** @type {Error} */ (error).message}.`);
