@@ -50,6 +50,9 @@ LEFT = ("records.py", "machine/")  # memory sizes; functions with exact tests of
 SIZES = ("MAX_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MAX_EVENTS")
 TESTS = ["tests/unit/engine", "tests/unit/plugin/test_instrument.py"]
 OWN = {  # tests that go first, by a mutant's file; by its room, if they are outside the engine's
+    "string/looks.py": "tests/unit/engine/string/test_runs.py",
+    "string/quartet.py": "tests/unit/engine/string/test_runs.py",
+    "string/runs.py": "tests/unit/engine/string/test_runs.py",
     "bass": "tests/unit/plugin/test_instrument.py",
     "effects/valve.py": "tests/unit/engine/effects/test_valve.py",
     "hands/damping.py": "tests/unit/engine/hands/test_release.py",
