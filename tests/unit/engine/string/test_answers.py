@@ -142,6 +142,7 @@ def test_lines_along_both_axes_answer_as_by_brute_force(
 ) -> None:
     """Within 1.7 dB (1.63 at worst, most within 1) for each line within 8 dB of the strongest, along either axis.
 
+    What is left grows with time, as if a damping were wrong by .07/s: from D to G of flatwound .4, .7 and 1.3 dB.
     An answer out of tune beats, up to twice |G| over the difference of the frequencies: those that never get above
     2 WEAK of the plucked string may be left out, and those that are farther than NEAR from its lines are.
     """
@@ -168,7 +169,8 @@ def test_lines_along_both_axes_answer_as_by_brute_force(
         strong = near & (wanted > max(wanted.max() * 10 ** (-8 / 20), 2 * WEAK * np.abs(u[0]).max()))
         heard += int(strong.sum())
         assert (np.abs(20 * np.log10(found[strong] / wanted[strong])) < 1.7).all(), (seconds, found / wanted)
-    assert heard or (preset, sounding, idle) == ("short-scale", E, D), "there, all are weak"
+    # from E to D of short-scale the strongest is 41 dB below the plucked string, and 2 WEAK is 38 dB below
+    assert heard or (preset, sounding, idle) == ("short-scale", E, D)
 
 
 # Passive
