@@ -242,6 +242,7 @@ def test_none_begins_on_a_string_that_is_bent_by_more_than_an_octave(preset: str
 def test_none_goes_on_over_the_frame_in_which_dead_modes_are_dropped(preset: str, waits: int) -> None:
     """Every 64 frames from the first event on, wherever the string's fourths fall."""
     string, quartets = Played(preset, 0), 0
+    string.record["pull"] += waits
     string.let_ring(waits / RATE)
     string.play(event(PLUCK, apex=0.4e-3, place=0.6, angle=0.4))
     woken = int(string.record["woken"])
