@@ -265,6 +265,8 @@ LAID: tuple[tuple[str, list[Finger]], ...] = (
     ("the first lifted", [(0.23, 0.0, 4e-3), (0.31, 2.0, 30e-3)]),
     ("beyond the end", [(0.23, 0.0, 4e-3), (9.0, 2.0, 30e-3)]),
     ("a needle", [(0.23, 0.3, 1e-5), (9.0, 0.0, 30e-3)]),
+    ("four", [(0.23, 0.3, 4e-3), (0.1, 0.1, 3e-2), (0.3, 0.2, 8e-3), (0.4, 0.1, 2e-2)]),
+    ("three of them", [(0.23, 0.3, 4e-3), (0.1, 0.0, 3e-2), (0.3, 0.2, 8e-3), (0.4, 0.1, 2e-2)]),
     ("none", [(0.23, 0.0, 4e-3), (9.0, 0.0, 30e-3)]),
 )
 
@@ -325,6 +327,26 @@ def test_fingers_on_an_ended_note_are_a_dashpot_each_after_a_quartet(preset: str
         for now, then in zip(rows_of(string), wanted, strict=True):
             assert np.abs(now - then)[:LOW].max() < 1e-9 * np.abs(then).max(), said
             assert np.abs(now - then)[LOW:].max(initial=0.0) <= 1e-6 * np.abs(then[LOW:]).max(), said
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("ended", [False, True])
+def test_in_between_quartets_fingers_act_on_a_note_that_goes_on_alone(preset: str, ended: bool) -> None:
+    string = sounding(preset)
+    if ended:
+        string.play(event(HAND, value=1.0))
+        string.let_ring(0.02)
+        to_left(string, 0)
+        string.play(NOTHING)
+    string.record["stretch"] = 0.0
+    before, finger = motion_of(string, "_before" if ended else ""), string.record["touches"][0]
+    finger["place"], finger["width"], finger["resistance"], finger["wanted"] = 0.2, 4e-3, 0.4, 0.4
+    string.play(event(GAIN, value=1.0))
+    frames = 2 if ended else 1
+    assert string.record["left"] == 0 and string.slot()["fourth"] == frames
+    free = float(string.slot()["hand"]) ** frames * before.after(frames)
+    damped = np.abs(motion_of(string).amplitude - free).max() / np.abs(free).max()
+    assert damped < 1e-6 if ended else damped > 1e-5
 
 
 def stop_modes_above(slot: np.void, few: int) -> None:
