@@ -417,7 +417,8 @@ def move_string(string, ops):
             tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)
         if op.turned > 0:
             turning.exchange(voice, slot, op, after, due)
-    answers.excite_answers(string, ops, after, voice.frame, own_due)
+    if voice.idle != 0:
+        answers.excite_answers(string, ops, after, voice.frame, own_due)
     voice.step = after
     voice.frame += 1
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def frequencies(s: Speaking, count: int, across: bool = False) -> Floats:
     exchange.
     """
     if not law.are_turned(s):
-        return _along(s, count, across)[0]
+        return _along(s, count, across)[0].copy()
     nu, other = (_along(s, count, axis)[0] for axis in (across, not across))
     return np.asarray(np.sqrt(nu**2 + math.sin(s.axes_turned) ** 2 * (other**2 - nu**2)))
 
@@ -54,13 +55,17 @@ def dampings(s: Speaking, count: int, across: bool = False) -> Floats:
     turned axes these are the dampings of u and v without their exchange.
     """
     if not law.are_turned(s):
-        return _along(s, count, across)[1]
+        return _along(s, count, across)[1].copy()
     own, other = (_along(s, count, axis)[1] for axis in (across, not across))
     return np.asarray(own + math.sin(s.axes_turned) ** 2 * (other - own))
 
 
+@lru_cache(maxsize=16)  # callers want frequencies and dampings of the same modes, and of both axes
 def _along(s: Speaking, count: int, across: bool) -> tuple[Floats, Floats]:
-    """nu_j (Hz) and sigma_j (1/s) of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,)."""
+    """nu_j (Hz) and sigma_j (1/s) of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,).
+
+    Do not change the arrays: they are kept for the next caller.
+    """
     printed = count if s.paper_law else min(count, measured_modes(s))
     nu = _frequencies_along(s, printed, across)
     sigma = _dampings_along(s, nu, across)
@@ -86,9 +91,12 @@ def _ringing(s: Speaking, j: Floats, across: bool) -> tuple[Floats, Floats]:
         return still
     numbers = flat((r.frequency, r.quality, r.mass) for r in y.resonances)
     near, at = law.nearest(numbers, 0, count, still), still
+    columns, others = np.reshape(numbers, (count, 3)).T[..., None], rate * (np.arange(count)[:, None] != near[0])
     for _ in range(law.ROUNDS):
         before = at
-        at = law.approach(numbers, (0, count), rate, still, near, before)
+        real, imaginary = law.resonating(*columns, before)[:2]  # all resonances at once, summed in their order
+        ring, decay = np.subtract.reduce([still[0], *(others * imaginary)]), np.add.reduce([still[1], *(others * real)])
+        at = law.approach(numbers, (0, 0), rate, (ring, decay), near, before)
         if np.all(abs(at[0] - before[0]) + abs(at[1] - before[1]) < law.NEAR_ENOUGH * nu):
             break
     return at

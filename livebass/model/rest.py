@@ -1,4 +1,4 @@
-"""Where a pressed string lies at rest: on its own fret, or choked, on a higher one that stands above its line.
+"""The fret that a pressed string lies on at rest: its own, or a higher one whose crown stands in its way and chokes it.
 
 Statics. At rest a taut string over crowns takes the shortest way above them: the upper convex hull of the pressed
 crown, the crowns beyond, and the saddle. The part that sounds ends at the last crown it touches. Bending stiffness only

@@ -465,7 +465,7 @@ CHOICES: dict[str, tuple[float, ...] | tuple[str, ...]] = {  # what a knob's val
 
 
 def knob_of(symbol: str, value: float) -> float | str:
-    """What a value of a knob, not 0, is in a preset: for example 2 of the knob `cabinet` is "closed-4x10"."""
+    """Returns what a preset writes for a knob's value, which is not 0: "closed-4x10" for 2 of the knob `cabinet`."""
     return CHOICES[symbol][round(value) - 1] if symbol in CHOICES else value
 
 

@@ -29,7 +29,7 @@ class Move(NamedTuple):
 
 
 class Ending(NamedTuple):
-    """Where a note ends."""
+    """The end of a note."""
 
     tick: int
     tied: bool  # the left hand leads on to the next note
@@ -51,7 +51,7 @@ def following(strokes: Sequence[Stroke]) -> Iterator[tuple[Stroke, Stroke | None
 
 
 def ending(tempos: Tempos, stroke: Stroke, after: Stroke | None) -> Ending:
-    """Where a stroke's note ends, if `after` is the next stroke on its string."""
+    """Returns the end of a stroke's note; `after` is the next stroke on its string, or None."""
     tied = after is not None and after.kind in TIED and after.fret != stroke.fret and after.time - stroke.end < 1e-3
     end = tempos.tick(after.time if tied and after else stroke.end)
     return Ending(max(end, tempos.tick(stroke.time) + 1) + tied, tied)

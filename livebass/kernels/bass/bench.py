@@ -14,7 +14,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MAX_STRINGS
-from livebass.kernels.string.law import along, interpolate_rows, lines_of, resonance
+from livebass.kernels.string.law import along, interpolate_rows, lines_of, resonating, stretch_ratio
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, list_rows, note_at
 from livebass.rows.parts import NeckNumbers, StringNumbers
@@ -23,7 +23,7 @@ from livebass.rows.row import rows
 jit = compiled(attributes=SMALL)
 
 PICKUPS = 8  # of a bass
-LANES = 8  # partial sums of a long sum, each over every eighth number
+MEET = 25.0  # Hz between two lines, without what the neck shifts, that may exchange energy: above NEAR of answers.py
 
 # Lists among the numbers of a string, and the numbers per row
 LISTS = {
@@ -125,7 +125,7 @@ def measure_lists(bench):
         rows += string.frequencies_count + string.dampings_count
         rows += 2 * (string.frets_count + string.surface_count + 1 + string.taps_count + answering)
         bench.room += rows * (bench.frets + 1)
-    bench.room += answering
+    bench.room += 2 * answering
 
 
 @entry("int64(int64)", SMALL)
@@ -221,22 +221,23 @@ def answering_lines(string):
 
 @jit
 def list_answering(bench, numbers, lists):
-    """Puts the frequencies (Hz) of all lines that may answer at the end of the lists; returns their start.
+    """Puts all lines that may answer at the end of the lists, frequency and decay (Hz) of each; returns their start.
 
     Of each string those along axis a, then those along b.
     """
     count = 0
     for t in range(bench.strings):
         count += answering_lines(bench.string[t])
-    first = bench.room - count
+    first = bench.room - 2 * count
     place = first
     for t in range(bench.strings):
         modes = bench.string[t].answering_modes
         if modes > 0:
             make_note(bench.string[t], numbers, 0, bench.note, lists, 0)
         for k in range(answering_lines(bench.string[t])):
-            lists[place] = along(bench.note, lists, 1 + k % modes, k >= modes)[0]
-            place += 1
+            nu, sigma = along(bench.note, lists, 1 + k % modes, k >= modes)
+            lists[place], lists[place + 1] = nu, sigma / (2.0 * np.pi)
+            place += 2
     return first
 
 
@@ -248,55 +249,48 @@ def set_answers(bench, i, stop, note, numbers, lists, answering, end):
     for t in range(bench.strings):
         for k in range(answering_lines(bench.string[t])):
             if t != i:
-                higher = string.higher_across if k >= bench.string[t].answering_modes else 1.0
-                lists[end], lists[end + 1] = toward_nut(string, numbers, stop, lists[answering], higher)
+                across = k >= bench.string[t].answering_modes
+                at = between(note, lists, (lists[answering], lists[answering + 1]), across)
+                higher = string.higher_across if across else 1.0
+                lists[end], lists[end + 1] = toward_nut(string, numbers, stop, at, higher)
                 note.answers_count += 1
                 end += 2
-            answering += 1
+            answering += 2
     return end
 
 
 @jit
-def toward_nut(string, numbers, stop, nu, higher):
-    """Re and Im (m/s/N) of the nut's velocity over a force at a stop along one axis, at `nu` (Hz).
+def between(note, lists, line, across):
+    """Frequency and decay (Hz) midway between another string's `line` and the line of `note` that may excite it.
 
-    The neck bends `higher` times as high along this axis as along a, as in note.py's `felt_resonances`.
-    Adds eight partial sums in pairs, then the remainder one by one, as numpy does, which once made these numbers.
+    Two lines that exchange energy ring at frequencies and decays about their mean: there the neck's admittance says
+    what they exchange. A line that no line of the note is near enough to excite stays as it is.
     """
-    parts, felt = string.nut_parts + stop * (string.resonances_count + 1), 0
-    for k in range(string.resonances_count):
-        if numbers[parts + k] != 0.0:
-            felt += 1
-    whole = felt - felt % LANES
-    real, imaginary = 0.0, 0.0
-    if whole > 0:
-        for lane in range(0, LANES, 4):
-            a, a_imaginary = part_sum(string, numbers, parts, nu, higher, lane, LANES, whole)
-            b, b_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 1, LANES, whole)
-            c, c_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 2, LANES, whole)
-            d, d_imaginary = part_sum(string, numbers, parts, nu, higher, lane + 3, LANES, whole)
-            real += (a + b) + (c + d)
-            imaginary += (a_imaginary + b_imaginary) + (c_imaginary + d_imaginary)
-    for k in range(whole, felt):
-        a, a_imaginary = part_sum(string, numbers, parts, nu, higher, k, felt, felt)
-        real += a
-        imaginary += a_imaginary
-    part = numbers[parts + string.resonances_count]
-    a, b = interpolate_rows(numbers, string.table, string.table_count, part / higher, nu / higher)
-    return nu * real + a, nu * imaginary + b
+    j = max(1.0, np.rint(line[0] / note.fundamental))
+    for _ in range(2):  # stiffness stretches the partials
+        j = max(1.0, np.rint(line[0] / (note.fundamental * stretch_ratio(note.paper_law, note.inharmonicity, j))))
+    if abs(j * note.fundamental * stretch_ratio(note.paper_law, note.inharmonicity, j) - line[0]) > MEET:
+        return line
+    nu, sigma = along(note, lists, np.int64(j), across)
+    return 0.5 * (line[0] + nu), 0.5 * (line[1] + sigma / (2.0 * np.pi))
 
 
 @jit
-def part_sum(string, numbers, parts, nu, higher, first, step, end):
-    """Sums every `step`-th felt resonance from `first` to before `end`, over nu: Re and Im, m/N."""
-    real, imaginary, place = 0.0, 0.0, 0
+def toward_nut(string, numbers, stop, at, higher):
+    """Re and Im (m/s/N) of the nut's velocity over a force at a stop along one axis, for a motion `at` (Hz, Hz).
+
+    `at`: how it rings and decays. The neck bends `higher` times as high along this axis as along a, as in note.py's
+    `felt_resonances`.
+    """
+    parts = string.nut_parts + stop * (string.resonances_count + 1)
+    real, imaginary = 0.0, 0.0
     for k in range(string.resonances_count):
         part, row = numbers[parts + k], string.resonances + 3 * k
         if part != 0.0:
-            if place >= first and place < end and (place - first) % step == 0:
-                f = numbers[row] * higher if numbers[string.bending + k] else numbers[row]
-                a, b = resonance(f, numbers[row + 1], numbers[row + 2] / part, nu)
-                real += a
-                imaginary += b
-            place += 1
-    return real, imaginary
+            f = numbers[row] * higher if numbers[string.bending + k] else numbers[row]
+            a, b, _ = resonating(f, numbers[row + 1], numbers[row + 2] / part, at)
+            real += a
+            imaginary += b
+    part = numbers[parts + string.resonances_count]
+    a, b = interpolate_rows(numbers, string.table, string.table_count, part / higher, at[0] / higher)
+    return real + a, imaginary + b

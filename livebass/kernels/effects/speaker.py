@@ -121,17 +121,8 @@ def add_low_pass(e, number, hertz, q):
     """Adds a low pass of second order: Vicanek's equations 27 to 30."""
     if hertz > HIGHEST * e.rate:
         return
-    turn = 2.0 * np.pi * hertz / e.rate
-    m = next_section(e, number)
-    place_poles(m, turn, q)
-    half = sin(0.5 * turn)
-    p1 = half * half
-    p0 = 1.0 - p1
-    p2 = 4.0 * p0 * p1
-    a0 = (1.0 + m[3] + m[4]) * (1.0 + m[3] + m[4])
-    a1 = (1.0 - m[3] + m[4]) * (1.0 - m[3] + m[4])
-    a2 = -4.0 * m[4]
-    b1 = max((a0 * p0 + a1 * p1 + a2 * p2) * q * q / p1 - a0 * p0 / p1, 0.0)
+    m, p0, p1, a0, _, at_poles = next_poles(e, number, hertz, q)
+    b1 = max(at_poles * q * q / p1 - a0 * p0 / p1, 0.0)
     m[0] = 0.5 * (np.sqrt(a0) + np.sqrt(b1))
     m[1] = np.sqrt(a0) - m[0]
     m[2] = 0.0
@@ -142,24 +133,33 @@ def add_peak(e, number, hertz, gain, q):
     """Adds a peak of `gain` on poles of this q: Vicanek's equations 37 to 42."""
     if hertz > HIGHEST * e.rate:
         return
-    turn = 2.0 * np.pi * hertz / e.rate
-    m = next_section(e, number)
-    place_poles(m, turn, q)
-    half = sin(0.5 * turn)
-    p1 = half * half
-    p0 = 1.0 - p1
-    p2 = 4.0 * p0 * p1
-    a0 = (1.0 + m[3] + m[4]) * (1.0 + m[3] + m[4])
-    a1 = (1.0 - m[3] + m[4]) * (1.0 - m[3] + m[4])
-    a2 = -4.0 * m[4]
-    r1 = (a0 * p0 + a1 * p1 + a2 * p2) * gain * gain
-    r2 = (-a0 + a1 + 4.0 * (p0 - p1) * a2) * gain * gain
+    m, p0, p1, a0, slope, at_poles = next_poles(e, number, hertz, q)
+    r1 = at_poles * gain * gain
+    r2 = slope * gain * gain
     b2 = (r1 - r2 * p1 - a0) / (4.0 * p1 * p1)
     b1 = r2 + a0 + 4.0 * (p1 - p0) * b2
     w = 0.5 * (np.sqrt(a0) + np.sqrt(max(b1, 0.0)))
     m[0] = 0.5 * (w + np.sqrt(max(w * w + b2, 0.0)))
     m[1] = 0.5 * (np.sqrt(a0) - np.sqrt(max(b1, 0.0)))
     m[2] = -b2 / (4.0 * m[0])
+
+
+@jit
+def next_poles(e, number, hertz, q):
+    """Returns the next section with its poles placed, and at `hertz` phi_0 and phi_1 as Vicanek names them.
+
+    Then A_0, the slope of the denominator's square over phi_1 there, and that square itself.
+    """
+    turn = 2.0 * np.pi * hertz / e.rate
+    m = next_section(e, number)
+    place_poles(m, turn, q)
+    half = sin(0.5 * turn)
+    p1 = half * half
+    p0 = 1.0 - p1
+    a0 = (1.0 + m[3] + m[4]) * (1.0 + m[3] + m[4])
+    a1 = (1.0 - m[3] + m[4]) * (1.0 - m[3] + m[4])
+    a2 = -4.0 * m[4]
+    return m, p0, p1, a0, -a0 + a1 + 4.0 * (p0 - p1) * a2, a0 * p0 + a1 * p1 + a2 * (4.0 * p0 * p1)
 
 
 @jit

@@ -8,8 +8,9 @@ of the sounding string s and a line j of an idle string t exchange
     A_j' = G r A_i,   A_i' = (G / r) A_j,   G = -Y sqrt(T_s T_t / (L_s L_t)),   r = sqrt(mu_s / mu_t) omega_i / omega_j,
 
 on top of their own motion. Y is the neck's velocity at the nut along the axis, where t ends, over the force where s
-ends, at the frequency of j (model/answers.py). A string's modes already include the losses and detunings by its own
-end. Each j pairs with the nearest i within NEAR rad/s, and only pairs with an effect count.
+ends (model/answers.py), at the complex frequency midway between i and j: at that of j alone, the slower of their two
+motions may last twice as long as it should. A string's modes already include the losses and detunings by its own end.
+Each j pairs with the nearest i within NEAR rad/s, and only pairs with an effect count.
 
 An idle string touches nothing, so its lines along a and b are free oscillators, heard as pickups hear these directions.
 The sounding string moves along u and v: with velocity amplitudes omega A, its line along a is c u + s v, along b
@@ -436,11 +437,11 @@ def next_answer(string):
 def excite_answers(string, ops, step, frame, due):
     """Exchanges energy with the answers after a `frame`, in which the string has moved to fine step `step`.
 
-    A string that sounds does so if it is `due`: after a quartet, for all its frames.
+    Only while strings are idle. A string that sounds does so if it is `due`: after a quartet, for all its frames.
     """
     voice, a = string.voice, string.answers
     slot = string.slots[voice.slot]
-    if voice.idle == 0 or (slot.on and not due):
+    if slot.on and not due:
         return
     for before in range(QUARTET - 1 if slot.on else 0, -1, -1):
         if slot.on and a.count > 0 and not voice.cut:

@@ -263,14 +263,20 @@ def rings_at(nu, decay):
 
 @shared
 def moving(numbers, row, at):
-    """Re and Im (m/s/N) of the admittance of the resonance at `row`, for a motion that rings and decays `at` (Hz).
+    """`resonating` for the resonance at `row`."""
+    return resonating(numbers[row], numbers[row + 1], numbers[row + 2], at)
+
+
+@shared
+def resonating(f, quality, mass, at):
+    """Re and Im (m/s/N) of one resonance's admittance (Hz, Q, kg) for a motion that rings and decays `at` (Hz).
 
     Also returns how steep it is there, by any measure.
     """
     nu, decay = at
-    off = numbers[row] * numbers[row] - nu * nu + decay * (decay - numbers[row] / numbers[row + 1])
-    width = nu * (numbers[row] / numbers[row + 1] - 2.0 * decay)
-    part = 1.0 / (2.0 * np.pi * numbers[row + 2] * (off * off + width * width + TINY))
+    off = f * f - nu * nu + decay * (decay - f / quality)
+    width = nu * (f / quality - 2.0 * decay)
+    part = 1.0 / (2.0 * np.pi * mass * (off * off + width * width + TINY))
     return part * (nu * width - decay * off), part * (nu * off + decay * width), part
 
 

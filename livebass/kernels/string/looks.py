@@ -43,7 +43,7 @@ def is_clear_ahead(voice, slot, op):
     bent = 0.125 * apart * apart * faster + 0.5 * lasts * greatest_tension(voice, slot, op) * fast
     away = ROOM + np.sqrt(2.0 / op.length) * (bent + quartet.amplitudes_above(u, slot.active))
     for m in range(op.points):
-        now, then, last = quartet.displacements_ahead(u, low_part(shape_row(op, m), op), n)
+        now, then, last = quartet.displacements(u, low_part(shape_row(op, m), op), n)
         if not min(now, min(then, last)) > u.height[m] + away:
             return False
     return True

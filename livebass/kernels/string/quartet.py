@@ -16,8 +16,9 @@ modes of u, and lies half way in between. w is a working set, op an operator, n 
 import numpy as np
 
 from livebass.kernels.string.modal import (
-    at_of_both,
-    at_two_of_both,
+    at,
+    at_two,
+    four,
     from_mode_of_both,
     jit,
     like,
@@ -26,15 +27,10 @@ from livebass.kernels.string.modal import (
     one,
     over,
 )
-from livebass.kernels.string.operators import low_part, tap_row
+from livebass.kernels.string.operators import tap_row
 from livebass.kernels.string.records import QUARTET, TWO, WHOLE
 
 KICKED, TURNED = 2.0, 1.0  # rad, in four frames and in one
-
-
-@jit
-def four(low, high):
-    return low[0] + high[0], low[1] + high[1], low[2] + high[2], low[3] + high[3]
 
 
 @jit
@@ -96,24 +92,36 @@ def after_two(rows, j, q, p):
     return rows.leaps[TWO].a[j] * q + rows.leaps[TWO].b[j] * p
 
 
-@over()
 @jit
-def advance(rows, n, push, kept):
-    """Moves four frames, and multiplies the motion by `kept`; q_before and p_before keep the previous state."""
-    push, kept, two = like(rows, push), like(rows, kept), rows.leaps[TWO]
-    for j in range(n):
-        q, p = rows.q[j], rows.p[j]
-        rows.q_before[j] = q
-        rows.p_before[j] = p
-        x, y = middle(rows, j, q, p, push)
-        rows.q[j] = kept * (two.a[j] * x + two.b[j] * y)
-        rows.p[j] = kept * (two.a[j] * y - two.g[j] * x)
+def complete(rows, j, x, y, kept):
+    """Moves mode `j` from its state in the middle to the end, and keeps the one before in q_before and p_before."""
+    two = rows.leaps[TWO]
+    rows.q_before[j] = rows.q[j]
+    rows.p_before[j] = rows.p[j]
+    rows.q[j] = kept * (two.a[j] * x + two.b[j] * y)
+    rows.p[j] = kept * (two.a[j] * y - two.g[j] * x)
+
+
+@jit
+def advance_of(rows, first, n, push, kept):
+    push, kept = like(rows, push), like(rows, kept)
+    for j in range(first, n):
+        x, y = middle(rows, j, rows.q[j], rows.p[j], push)
+        complete(rows, j, x, y, kept)
+
+
+@jit
+def advance(w, first, n, push, kept):
+    """Moves the modes from `first` on by four frames, and multiplies the motion by `kept`."""
+    split = w.split
+    advance_of(w.low, min(first, split), lower(w, n), push, kept)
+    advance_of(w.high, max(first - split, 0), n - split, push, kept)
 
 
 @over()
 @jit
 def restore(rows, n):
-    """Takes `advance` back."""
+    """Takes `complete` back."""
     for j in range(n):
         rows.q[j] = rows.q_before[j]
         rows.p[j] = rows.p_before[j]
@@ -188,66 +196,71 @@ def velocity_at(rows, j, q, p):
     return rows.pace[j] * p - rows.sigma[j] * q
 
 
-@at_of_both(four, tap_row)
+@at(four, tap_row)
 @jit
-def sense_1(rows, across, n, weight, heard, push):
-    """Velocities (m/s) in four frames at the pickup of a tap: u's with the part `heard` of v's."""
-    heard, push = like(rows, heard), like(rows, push)
+def play_1(rows, n, weight, push, kept):
+    """Velocities (m/s) in four frames at the pickup of a tap; moves the modes on by these."""
+    push, kept = like(rows, push), like(rows, kept)
     v0 = v1 = v2 = v3 = like(rows, 0.0)
     for j in range(n):
-        q, p, r, s = rows.q[j], rows.p[j], across.q[j], across.p[j]
-        v0 += weight[j] * (velocity_at(rows, j, q, p) + heard * velocity_at(across, j, r, s))
-        v1 += weight[j] * (velocity_later(rows, j, q, p) + heard * velocity_later(across, j, r, s))
-        q, p = middle(rows, j, q, p, push)
-        r, s = middle(across, j, r, s, push)
-        v2 += weight[j] * (velocity_at(rows, j, q, p) + heard * velocity_at(across, j, r, s))
-        v3 += weight[j] * (velocity_later(rows, j, q, p) + heard * velocity_later(across, j, r, s))
+        q, p = rows.q[j], rows.p[j]
+        v0 += weight[j] * velocity_at(rows, j, q, p)
+        v1 += weight[j] * velocity_later(rows, j, q, p)
+        x, y = middle(rows, j, q, p, push)
+        v2 += weight[j] * velocity_at(rows, j, x, y)
+        v3 += weight[j] * velocity_later(rows, j, x, y)
+        complete(rows, j, x, y, kept)
     return v0, v1, v2, v3
 
 
-@at_two_of_both(fours, tap_row)
+@at_two(fours, tap_row)
 @jit
-def sense_2(rows, across, n, taps, heard, push):
-    """`sense_1` at the one pickup and at the other, with the parts `heard` of v."""
+def play_2(rows, n, taps, push, kept):
+    """`play_1` at two pickups."""
     weight, other = taps
-    of_v, of_v_there, push = like(rows, heard[0]), like(rows, heard[1]), like(rows, push)
+    push, kept = like(rows, push), like(rows, kept)
     v0 = v1 = v2 = v3 = w0 = w1 = w2 = w3 = like(rows, 0.0)
     for j in range(n):
-        q, p, r, s = rows.q[j], rows.p[j], across.q[j], across.p[j]
-        moving, aside = velocity_at(rows, j, q, p), velocity_at(across, j, r, s)
-        v0 += weight[j] * (moving + of_v * aside)
-        w0 += other[j] * (moving + of_v_there * aside)
-        moving, aside = velocity_later(rows, j, q, p), velocity_later(across, j, r, s)
-        v1 += weight[j] * (moving + of_v * aside)
-        w1 += other[j] * (moving + of_v_there * aside)
-        q, p = middle(rows, j, q, p, push)
-        r, s = middle(across, j, r, s, push)
-        moving, aside = velocity_at(rows, j, q, p), velocity_at(across, j, r, s)
-        v2 += weight[j] * (moving + of_v * aside)
-        w2 += other[j] * (moving + of_v_there * aside)
-        moving, aside = velocity_later(rows, j, q, p), velocity_later(across, j, r, s)
-        v3 += weight[j] * (moving + of_v * aside)
-        w3 += other[j] * (moving + of_v_there * aside)
+        q, p = rows.q[j], rows.p[j]
+        now, later = velocity_at(rows, j, q, p), velocity_later(rows, j, q, p)
+        v0 += weight[j] * now
+        w0 += other[j] * now
+        v1 += weight[j] * later
+        w1 += other[j] * later
+        x, y = middle(rows, j, q, p, push)
+        now, later = velocity_at(rows, j, x, y), velocity_later(rows, j, x, y)
+        v2 += weight[j] * now
+        w2 += other[j] * now
+        v3 += weight[j] * later
+        w3 += other[j] * later
+        complete(rows, j, x, y, kept)
     return (v0, v1, v2, v3), (w0, w1, w2, w3)
 
 
+@at(four, tap_row)
 @jit
-def displacements_of(rows, n, weight, push):
+def sense(rows, n, weight, push):
+    """The velocities of `play_1`; nothing moves."""
     push = like(rows, push)
-    u0 = u2 = u4 = like(rows, 0.0)
+    v0 = v1 = v2 = v3 = like(rows, 0.0)
     for j in range(n):
         q, p = rows.q[j], rows.p[j]
+        v0 += weight[j] * velocity_at(rows, j, q, p)
+        v1 += weight[j] * velocity_later(rows, j, q, p)
         x, y = middle(rows, j, q, p, push)
-        u0 += weight[j] * q
-        u2 += weight[j] * x
-        u4 += weight[j] * after_two(rows, j, x, y)
-    return u0, u2, u4
+        v2 += weight[j] * velocity_at(rows, j, x, y)
+        v3 += weight[j] * velocity_later(rows, j, x, y)
+    return v0, v1, v2, v3
 
 
 @jit
-def displacements(u, n, op, tap, push):
-    """Displacements (m) of u's float64 modes at the pickup of a tap, now, in two and in four frames."""
-    return displacements_of(u.low, lower(u, n), low_part(tap_row(op, tap), op), push)
+def displace(w, n, push):
+    """Fills w.q and w.p with the displacements of the lowest `n` modes, float64, in two and in four frames."""
+    rows = w.low
+    for j in range(n):
+        x, y = middle(rows, j, rows.q[j], rows.p[j], push)
+        w.q[j] = x
+        w.p[j] = after_two(rows, j, x, y)
 
 
 # A look ahead (looks.py)
@@ -291,11 +304,11 @@ def amplitudes_above(w, n):
 
 
 @jit
-def displacements_ahead(w, phi, n):
-    """Displacements (m) of the lowest `n` modes at a contact point with shapes `phi`: now, in 8 and in 16 frames."""
-    u0 = u8 = u16 = 0.0
+def displacements(w, phi, n):
+    """Displacements (m) of the lowest `n` modes, float64, weighted by `phi`: now, and as in w.q and in w.p."""
+    now = then = last = 0.0
     for j in range(n):
-        u0 += phi[j] * w.low.q[j]
-        u8 += phi[j] * w.q[j]
-        u16 += phi[j] * w.p[j]
-    return u0, u8, u16
+        now += phi[j] * w.low.q[j]
+        then += phi[j] * w.q[j]
+        last += phi[j] * w.p[j]
+    return now, then, last

@@ -14,7 +14,7 @@ note act (touch.py). Qualities with float64 modes alone have no quartets, but th
 from livebass.compiling import apart, jit
 from livebass.kernels.string import answers, modal, quartet, tension, touch, turning
 from livebass.kernels.string.looks import look_ahead
-from livebass.kernels.string.operators import is_exact
+from livebass.kernels.string.operators import is_exact, low_part, tap_row
 from livebass.kernels.string.records import MAX_NEAR, NONE, QUARTET, WHOLE
 from livebass.kernels.string.slot import REST_EVERY, is_touched
 
@@ -67,36 +67,44 @@ def begin(string, ops):
     quartet.prepare(u, op)
     quartet.prepare(v, op)
     push = tension.push_ahead(voice, slot, op) if voice.stretch > 0.0 and not slot.steady else 0.0
-    n = min(max(slot.active, slot.v_active), slot.heard)
+    n, n_v = min(slot.active, slot.heard), min(slot.v_active, slot.heard)
     hand = slot.hand
-    i = 0
-    while i + 1 < voice.pickups:
-        heard = voice.across[i], voice.across[i + 1]
-        here, there = quartet.sense_2(u, v, n, op, (i, i + 1), heard, push)
-        keep_velocities(voice, i, here, hand)
-        keep_velocities(voice, i + 1, there, hand)
-        i += 2
-    if i < voice.pickups:
-        keep_velocities(voice, i, quartet.sense_1(u, v, n, op, i, voice.across[i], push), hand)
+    kept = hand * hand * (hand * hand)
+    low = min(n, u.split)
+    quartet.displace(u, low, push)
     for k in range(voice.pickups):
-        now, then, last = quartet.displacements(u, min(slot.active, slot.heard), op, k, push)
-        then, last = hand * hand * then, hand * hand * (hand * hand * last)
+        now, then, last = quartet.displacements(u, low_part(tap_row(op, k), op), low)
+        then, last = hand * hand * then, kept * last
         row = voice.run[2 * k]
         row[0], row[1], row[2], row[3] = now, 0.5 * (now + then), then, 0.5 * (then + last)
-    kept = hand * hand * (hand * hand)
-    quartet.advance(u, slot.active, push, kept)
-    quartet.advance(v, slot.v_active, push, kept)
+    for k in range(voice.pickups - 2):
+        keep_velocities(voice, k, hand, quartet.sense(u, n, op, k, push), quartet.sense(v, n_v, op, k, push))
+    k = voice.pickups - 1
+    if k == 0:
+        here, across = quartet.play_1(u, n, op, k, push, kept), quartet.play_1(v, n_v, op, k, push, kept)
+        keep_velocities(voice, k, hand, here, across)
+    else:
+        last_two = k - 1, k
+        here, there = quartet.play_2(u, n, op, last_two, push, kept)
+        across_here, across_there = quartet.play_2(v, n_v, op, last_two, push, kept)
+        keep_velocities(voice, k - 1, hand, here, across_here)
+        keep_velocities(voice, k, hand, there, across_there)
+    quartet.advance(u, n, slot.active, push, kept)
+    quartet.advance(v, n_v, slot.v_active, push, kept)
     voice.left = QUARTET
 
 
 @jit
-def keep_velocities(voice, i, sensed, hand):
-    """Keeps the velocities at pickup `i` in a quartet's frames, which fade by the factor `hand` a frame."""
-    row = voice.run[2 * i + 1]
-    row[0] = sensed[0]
-    row[1] = hand * sensed[1]
-    row[2] = hand * hand * sensed[2]
-    row[3] = hand * hand * (hand * sensed[3])
+def keep_velocities(voice, i, hand, up, across):
+    """Keeps the velocities at pickup `i` in a quartet's frames, from those along u and v.
+
+    `hand`: the factor by which they fade a frame.
+    """
+    row, heard = voice.run[2 * i + 1], voice.across[i]
+    row[0] = up[0] + heard * across[0]
+    row[1] = hand * (up[1] + heard * across[1])
+    row[2] = hand * hand * (up[2] + heard * across[2])
+    row[3] = hand * hand * (hand * (up[3] + heard * across[3]))
 
 
 @jit
@@ -121,7 +129,8 @@ def next_frame(string, ops):
         touch.damp_ended(voice, slot, op)
     if op.turned > 0:
         turning.exchange(voice, slot, op, voice.step, True)
-    answers.excite_answers(string, ops, voice.step, voice.frame - 1, True)
+    if voice.idle != 0:
+        answers.excite_answers(string, ops, voice.step, voice.frame - 1, True)
 
 
 @apart

@@ -239,7 +239,7 @@ def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[He
 
     "each" has a row per note: "frequency" is its `frequency_error`, "brighter" the same with its sign, "spectrum_db"
     and "heard_db" its `log_spectral_distance`, "group" one of GROUPS. "groups" has, for each group present and for
-    fretted groups also by audio rate: "notes", the means of the four, "most_frequency", the 95 % quantile,
+    fretted groups also by audio rate: "notes", the means of the four, "frequency_95", the 95 % quantile,
     "worst_frequency" and "worst", the note that has it.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
@@ -344,7 +344,7 @@ def _summary(rows: list[Row]) -> Row:
     name = _note_label(worst["preset"], worst["string"], worst["fret"], worst["velocity"])
     maximum = float(np.quantile([row["frequency"] for row in rows], 0.95))
     return {
-        "notes": len(rows), **means, "most_frequency": maximum, "worst_frequency": worst["frequency"], "worst": name,
+        "notes": len(rows), **means, "frequency_95": maximum, "worst_frequency": worst["frequency"], "worst": name,
     }  # fmt: skip
 
 

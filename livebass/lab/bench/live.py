@@ -298,7 +298,7 @@ def table(result: Result) -> str:
 def comparison_lines(result: Result) -> list[str]:
     """Returns the tables of "fidelity" and "waveforms" of a result."""
     fidelity = [
-        (quality, group, str(far["notes"]), f"{far['frequency']:.1%}", f"{far['most_frequency']:.1%}",
+        (quality, group, str(far["notes"]), f"{far['frequency']:.1%}", f"{far['frequency_95']:.1%}",
          f"{far['worst_frequency']:.1%}", f"{far['brighter']:+.1%}",
          f"{far['spectrum_db']:.2f} dB", f"{far['heard_db']:.2f} dB", far["worst"])
         for quality, found in result["fidelity"].items()

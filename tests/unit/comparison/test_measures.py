@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from support.costs import quick
 
 from livebass.lab.comparison import distance, measure
 from livebass.lab.comparison.measures import EARLY, FLOOR_KEYS, LATE, SHARE_KEYS
@@ -58,8 +59,13 @@ def in_noise(floor: float, seed: int, seconds: float = 3.0) -> Floats:
     return sound + first * 10 ** (-floor / 20) * noise / math.sqrt(2)
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize(("floor", "drowned"), [(60.0, 0), (25.0, 1), (5.0, 2)])
+@pytest.mark.parametrize(
+    ("floor", "drowned", "seed"),
+    quick(
+        [(*floor, seed) for floor in ((60.0, 0), (25.0, 1), (5.0, 2)) for seed in range(4)],
+        always=[(60.0, 0, 0), (25.0, 1, 1), (25.0, 1, 2), (5.0, 2, 3)],
+    ),
+)
 def test_decay_over_a_noise_floor(floor: float, drowned: int, seed: int) -> None:
     """Bands that stand over the noise tell T60 as without it; bands that drown tell none.
 

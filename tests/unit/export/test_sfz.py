@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line, cli_text, refusal
+from support.costs import of_each_kind
 from support.levels import rms
 from support.needs import CLOSED
 from support.quiet import without_noise
@@ -210,7 +211,7 @@ def test_levels_go_on_from_layer_to_layer(slap: Written) -> None:
         assert g.gain(velocity) + float(g.regions[0]["volume"]) == pytest.approx(0.0, abs=0.9)  # lowered hard notes
 
 
-@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("preset", of_each_kind(preset_names()))
 def test_a_key_is_on_the_string_that_the_player_chooses(preset: str) -> None:
     """The string that sounds on a bass at rest."""
     bass = load_preset(preset)

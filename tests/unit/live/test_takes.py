@@ -14,7 +14,7 @@ from typing import Any
 import mido
 import numpy as np
 import pytest
-from support.costs import quick
+from support.costs import quick, slow
 from support.live import RATE, performer_of, run_ahead
 from support.messages import messages_of
 from support.tabs import hard_score
@@ -330,7 +330,9 @@ SET = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("basses", [("mine", "six-string"), ("flatwound", "jazz-finger"), ("short-scale", "mine")])
+@pytest.mark.parametrize(
+    "basses", [("mine", "six-string"), slow(("flatwound", "jazz-finger")), ("short-scale", "mine")]
+)
 def test_a_take_of_basses_outside_general_midi_sounds_as_it_was_heard(tmp_path: Path, basses: tuple[str, str]) -> None:
     """A user's file and presets with as many strings or more; the first case plain, the others with options.
 

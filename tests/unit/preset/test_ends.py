@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
+from support.costs import of_each_kind
 from support.levels import db
 
 from livebass import QUALITIES, load_preset, preset_names, score_of
@@ -69,13 +70,13 @@ def releases(name: str) -> Floats:
     return np.array(found)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", of_each_kind(NAMES))
 def test_notes_end_without_a_burst_of_highs(name: str) -> None:
     highs, whole = np.median(releases(name)[:, :2], axis=0)
     assert -40.0 <= highs <= -20.0 and -13.0 <= whole <= -8.0, (highs, whole)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", of_each_kind(NAMES))
 def test_notes_end_quickly_and_no_two_alike(name: str) -> None:
     rates = releases(name)[:, 2]
     assert 330.0 <= np.median(rates) <= 720.0, rates
@@ -83,7 +84,7 @@ def test_notes_end_quickly_and_no_two_alike(name: str) -> None:
     assert quick / slow >= 1.5, rates
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", of_each_kind(NAMES))
 def test_fingers_that_come_down_are_as_loud_as_recorded_ones(name: str) -> None:
     """A line on fretted notes with rests: median level, and centroid of the fingers alone; the first note has none."""
     strings = load_preset(name).strings[:3]

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from support import strings
+from support.costs import quick
 from support.strings import oblique
 
 from livebass.lab.reference.hands import Finger, Hand, Mass, Stop, hammer, hold_still, landing, lift
@@ -80,10 +81,16 @@ def test_the_balance_closes(name: str, modes: int, frets: bool) -> None:
         assert not (isinstance(hand, Finger) and given.any())
 
 
+LOSSY = ((23, 1e13, 1.0), (12, 1e10, 3.0), (23, 1e8, 100.0), (12, 1e8, 1e5))  # modes, stiffness, loss of frets
+
+
 @pytest.mark.parametrize(
-    ("modes", "stiffness", "loss"), [(23, 1e13, 1.0), (12, 1e10, 3.0), (23, 1e8, 100.0), (12, 1e8, 1e5)]
+    ("name", "modes", "stiffness", "loss"),
+    quick(
+        [(name, *frets) for name in SETS for frets in LOSSY],
+        always=[(name, *LOSSY[(k + other) % 4]) for k, name in enumerate(SETS) for other in (0, 2)],
+    ),
 )
-@pytest.mark.parametrize("name", SETS)
 def test_the_balance_closes_over_frets_that_lose(name: str, modes: int, stiffness: float, loss: float) -> None:
     played = play(yielding(rough(modes), stiffness, loss), SETS[name])
     balance = played.balance

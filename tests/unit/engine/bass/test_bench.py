@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.costs import KINDS
 
 from livebass.engine.image import image
 from livebass.kernels.bass.bench import BENCH
@@ -24,8 +25,16 @@ from livebass.rows.row import rows
 TUNED = {"tuning": "half-step-down", "capo": 2, "temperament": "just"}
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("how", [{}, TUNED], ids=["as it is", "tuned"])
+@pytest.mark.parametrize(
+    ("preset", "how"),
+    [
+        *(pytest.param(name, {}, id=name) for name in preset_names()),
+        *(
+            pytest.param(name, TUNED, id=f"{name} tuned", marks=() if name in KINDS else pytest.mark.slow)
+            for name in preset_names()
+        ),
+    ],
+)
 def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int]) -> None:
     """All numbers of a note and its obstacles agree bit for bit; the count of modes follows the quality."""
     if how and preset in ("paper-fretless", "paper-g"):

@@ -6,11 +6,13 @@ b, up to 13 cents away.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.costs import quick
 from support.messages import Message, on, send_now
 from support.own_basses import AS_SHIPPED
 from support.quiet import ALONE, engine, without_noise
@@ -57,8 +59,13 @@ def is_dead(bass: Instrument, i: int, fret: int) -> bool:
     return bool(dampings(s, 1)[0] > SPLIT * dampings(s, 1, across=True)[0])
 
 
-@pytest.mark.parametrize("preset", TURNED)
-@pytest.mark.parametrize("i", range(4))
+@pytest.mark.parametrize(
+    ("preset", "i"),
+    quick(
+        itertools.product(TURNED, range(4)),
+        always=[*(("slap", i) for i in range(4)), *((name, k) for k, name in enumerate(TURNED[1:]))],
+    ),
+)
 def test_hammers_and_thumbs_are_in_tune(preset: str, i: int) -> None:
     """Within 3 cents of the note, and of the plucked note; dead spots excepted, which no tuning serves."""
     bass = load_preset(preset)

@@ -35,8 +35,8 @@ STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 4, 9, 16, 20, 24), (0, 9, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # laboratory strings, which nobody slaps
 SLAPPED = ("slap", "slap-impulse")
-# Always run: the preset's initial stroke on one bass of each kind, and two others
-ALWAYS = {"own": KINDS, "pick": {"six-string"}, "thumb and pops": {"precision-finger"}}
+# Always run: the preset's initial stroke on one bass of each kind that people play, and two others
+ALWAYS = {"own": KINDS - {*PAPER}, "pick": {"six-string"}, "thumb and pops": {"precision-finger"}}
 TWO = ["jazz-finger", "slap"]  # always run
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody plays an upright with a pick, or slaps it so
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of thumb and pops; on a finger bass

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.costs import slow
 from support.own_basses import FOLDER
 
 from livebass import QUALITIES, Instrument
@@ -68,15 +69,18 @@ def test_the_necks_own_action_changes_nothing(preset: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "player, neck",
+    "player, neck, capo",
     [
-        ({"graze_action": ACTION}, {"action": "1.2 mm"}),
-        ({"graze_action": ACTION}, {"lift": {"7": "0.5 mm"}}),
-        ({"graze_relief": "0.3 mm"}, {"relief": "0.8 mm"}),
-        ({"graze_nut_height": "0.5 mm"}, {"nut_height": "0.2 mm"}),
+        ({"graze_action": ACTION}, {"action": "1.2 mm"}, 0),
+        ({"graze_action": ACTION}, {"lift": {"7": "0.5 mm"}}, 3),
+        ({"graze_relief": "0.3 mm"}, {"relief": "0.8 mm"}, 0),
+        ({"graze_nut_height": "0.5 mm"}, {"nut_height": "0.2 mm"}, 3),
+        slow({"graze_action": ACTION}, {"action": "1.2 mm"}, 3),
+        slow({"graze_action": ACTION}, {"lift": {"7": "0.5 mm"}}, 0),
+        slow({"graze_relief": "0.3 mm"}, {"relief": "0.8 mm"}, 3),
+        slow({"graze_nut_height": "0.5 mm"}, {"nut_height": "0.2 mm"}, 0),
     ],
 )
-@pytest.mark.parametrize("capo", [0, 3])
 def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: dict[str, Any], capo: int) -> None:
     def notes(bass: Instrument) -> Floats:
         return np.array([play(bass, velocity)[0] for velocity in (1, 60, 127)])

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from support.hands import STRINGS, Hands, bass, bass_tuned, engine_of, loaded
 from support.messages import Message, control, off, on, wheel
 
-from livebass.compiling import jit
 from livebass.engine.prepare import new_performer
 from livebass.kernels.player import controls, fingering, performer, strokes
 from livebass.kernels.player.constants import FINGER, STANDARD
@@ -30,11 +29,6 @@ LOWEST, HIGHEST, FRETS = 28, 63, 20
 RPN_RANGE = ((0xB0, 101, 0), (0xB0, 100, 0))
 NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
-
-
-@jit
-def take_over(new: NDArray[np.void], old: NDArray[np.void]) -> None:
-    controls.take_over(new[0], old[0])
 
 
 def kinds(events: NDArray[np.void]) -> list[tuple[int, int]]:
@@ -443,10 +437,10 @@ def test_all_notes_off(number: int) -> None:
 def test_a_hand_that_was_moved_is_as_far_between_the_ends_of_another_bass(value: int) -> None:
     old = Hands(bass(pluck_nearest=0.9, pluck_farthest=0.6))
     new = Hands(bass(pluck_nearest=0.95, pluck_farthest=0.75, pluck_position=0.8))
-    take_over(new.record, old.record)
+    controls.follow_performer(new.record.ctypes.data, old.record.ctypes.data)
     assert new.p["position"] == 0.8, "a hand that was not moved goes where this bass is plucked"
     old(control(16, value))
-    take_over(new.record, old.record)
+    controls.follow_performer(new.record.ctypes.data, old.record.ctypes.data)
     assert new.p["position"] == pytest.approx(0.95 - 0.2 * value / 127, rel=1e-12)
 
 
