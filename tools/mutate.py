@@ -98,6 +98,8 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("string/contact.py", "abs(v.force[m]) < most: turned round"): FIRST,
     ("string/contact.py", "stuck == 2: turned round"): FIRST,
     ("string/contact.py", "v.force[m] > 0.0: turned round"): FIRST,
+    ("string/contact.py", "x[i] > 0.0: turned round"): "the sets do not settle, and the points take turns",
+    ("string/contact.py", "new - v.force[m]: - turned"): "more turns than are needed",
     ("string/handover.py", "CLOSE = 1e-06 -> 2e-06"): ROUNDING,
     ("string/handover.py", "NEGLIGIBLE = 1e-12 -> 2e-12"): ROUNDING,
     ("string/handover.py", "SAME = 1e-09 -> 2e-09"): ROUNDING,
@@ -107,6 +109,7 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("string/touch.py", "0.0001 -> 0.0002 in max(width, 0.0001)"): "HIGHEST leaves fewer modes",
     ("string/touch.py", "1.0 -> 2.0 in is_placed(slot, op, i, t, 1.0)"): "a key, that is not a held note's 0",
     ("string/touch.py", "n - op.split: - turned"): "copies more of a shape than is read",
+    ("string/touch.py", "op.padded - op.split: - turned"): "copies more of a row than is read",
 }
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 

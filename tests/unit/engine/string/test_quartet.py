@@ -143,6 +143,25 @@ def test_each_mode_moves_and_is_sensed_by_its_own_law(preset: str, much: float, 
         assert_near(string.record["run"][2 * k], np.array(between), bound + 1e-9)
 
 
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap"])
+def test_only_modes_that_turn_by_less_than_a_radian_a_frame_stretch_the_string(preset: str) -> None:
+    """A fast mode is as steep as the swing, and the string moves as without the tension that would come of it."""
+    ends = []
+    for steep in (False, True):
+        string = sounding(preset)
+        string.record["stretch"] *= STRETCHED
+        slot = string.slot()
+        turn = slot["u"]["omega"][: int(slot["active"])] / RATE
+        fast = int(np.searchsorted(turn, 1.5))
+        assert 1.0 < turn[fast] < 2.0
+        if steep:
+            slot["u"]["high"]["q"][fast - LOW] = np.abs(slot["u"]["low"]["q"][0]) / (fast + 1)
+        string.play(NOTHING)
+        assert string.record["left"] == QUARTET - 1
+        ends.append(motion_of(string).amplitude[:, :LOW])
+    np.testing.assert_array_equal(ends[0], ends[1])
+
+
 @pytest.mark.parametrize("preset", FRETTED)
 def test_under_a_hand_it_fades_by_its_factor_in_each_frame(preset: str) -> None:
     string = sounding(preset)
@@ -327,6 +346,23 @@ def test_fingers_on_an_ended_note_are_a_dashpot_each_after_a_quartet(preset: str
         for now, then in zip(rows_of(string), wanted, strict=True):
             assert np.abs(now - then)[:LOW].max() < 1e-9 * np.abs(then).max(), said
             assert np.abs(now - then)[LOW:].max(initial=0.0) <= 1e-6 * np.abs(then[LOW:]).max(), said
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "paper-bass"])
+@pytest.mark.parametrize("frames", [41, 42, 43])
+def test_quartets_count_from_the_release(preset: str, frames: int) -> None:
+    """However long the finger holds the string, and also where it moves straight up and down alone."""
+    string = Played(preset, 0)
+    string.record["pull"] = frames
+    string.play(event(PLUCK, apex=1e-3, place=0.5, angle=0.0))
+    while string.slot()["active"] == 0:
+        string.play(NOTHING)
+        assert string.frame <= frames + 1
+    counted = []
+    for k in range(1, 2 * QUARTET + 1):
+        counted.append((k - int(string.slot()["fourth"]) - string.record["left"]) % QUARTET)
+        string.play(NOTHING)
+    assert counted[:QUARTET] == [0] * QUARTET, counted
 
 
 @pytest.mark.parametrize("preset", FRETTED)
