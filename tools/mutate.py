@@ -57,6 +57,9 @@ OWN = {  # tests that go first, by a mutant's file; by its room, if they are out
     "player/placing.py": "tests/unit/engine/player/test_placing.py",
     "string/answers.py": "tests/unit/engine/string/test_answering.py",
     "string/handover.py": "tests/unit/engine/string/test_handover.py",
+    "string/looks.py": "tests/unit/engine/string/test_quartet.py",
+    "string/quartet.py": "tests/unit/engine/string/test_quartet.py",
+    "string/runs.py": "tests/unit/engine/string/test_quartet.py",
     "string/tension.py": "tests/unit/engine/string/test_tension.py",
     "string/touch.py": "tests/unit/engine/string/test_fingertips.py",
     "string/turning.py": "tests/unit/engine/string/test_turned.py",
@@ -65,6 +68,7 @@ PINNED = "tests/unit/engine/test_pinned.py"
 ROUNDING = "a tolerance far above rounding and far below any real difference"
 DRAWN = "another random number, as good as this one: even about 0, and drawn for nothing else"
 SEARCH = "the search for a plate voltage takes other steps to the same nanovolt"
+FIRST = "a first guess of the points that stick or slide, which is corrected until it fits"
 HARMLESS = {  # mutants that no test can notice, by file and description, and why: they are not tried
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * above"): SEARCH,
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * below"): SEARCH,
@@ -89,11 +93,23 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("player/placing.py", "LEAVING + UNEQUAL * chance(p.seed, draw + 1): + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART + DRAWS * hands.age[i]: + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART = 8796093022208 -> 8796093022207"): DRAWN,
+    ("string/contact.py", "ENOUGH = 1e-06 -> 2e-06"): "what Newton's method leaves is the square of it",
+    ("string/contact.py", "FRICTION_ENOUGH = 1e-13 -> 2e-13"): ROUNDING,
+    ("string/contact.py", "abs(v.force[m]) < most: turned round"): FIRST,
+    ("string/contact.py", "stuck == 2: turned round"): FIRST,
+    ("string/contact.py", "v.force[m] > 0.0: turned round"): FIRST,
+    ("string/contact.py", "x[i] > 0.0: turned round"): "the sets do not settle, and the points take turns",
+    ("string/contact.py", "new - v.force[m]: - turned"): "more turns than are needed",
     ("string/handover.py", "CLOSE = 1e-06 -> 2e-06"): ROUNDING,
     ("string/handover.py", "NEGLIGIBLE = 1e-12 -> 2e-12"): ROUNDING,
     ("string/handover.py", "SAME = 1e-09 -> 2e-09"): ROUNDING,
+    ("string/quartet.py", "op.padded - split: - turned"): "prepares rows of modes that no string has",
+    ("string/quartet.py", "q * q + y * y: + turned"): "does not compile: the root of what may be negative needs sqrtf",
+    ("string/quartet.py", "n - w.split: - turned"): "adds modes that rest",
     ("string/touch.py", "0.0001 -> 0.0002 in max(width, 0.0001)"): "HIGHEST leaves fewer modes",
+    ("string/touch.py", "1.0 -> 2.0 in is_placed(slot, op, i, t, 1.0)"): "a key, that is not a held note's 0",
     ("string/touch.py", "n - op.split: - turned"): "copies more of a shape than is read",
+    ("string/touch.py", "op.padded - op.split: - turned"): "copies more of a row than is read",
 }
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 

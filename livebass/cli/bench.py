@@ -33,7 +33,8 @@ def render_(file: Path | None) -> None:
     """Measure the seconds of work per second of sound.
 
     Computes one hard pluck by brute force and by the engine in each quality, then plays four strings at once and a
-    slap line. Takes about a minute; run nothing else meanwhile.
+    slap line. Also says how near a held string comes to the multiplications that a core of this machine can do. Takes
+    about a minute; run nothing else meanwhile.
     """
     from livebass.lab.bench.render import bench_render, table
 

@@ -32,12 +32,15 @@ def lies_on(string: String, neck: Neck, fret: int) -> int:
     return int(resting_on(given, crowns, fret))
 
 
+def rests(string: String, neck: Neck, frets: int) -> dict[int, int]:
+    """The frets, up to `frets`, at which `string` frets out, each with the fret that it lies on."""
+    return {fret: on for fret in range(1, frets + 1) if (on := lies_on(string, neck, fret)) != fret}
+
+
 def choked(bass: Instrument) -> tuple[Choked, ...]:
     """The notes of `bass` that fret out, string by string, by fret."""
-    found = []
-    for string, neck in zip(bass.strings, bass.necks, strict=True):
-        for fret in range(1, bass.frets + 1):
-            on = lies_on(string, neck, fret)
-            if on != fret:
-                found.append(Choked(string.name, fret, on, string.frequency(string.open_note + on)))
-    return tuple(found)
+    return tuple(
+        Choked(string.name, fret, on, string.frequency(string.open_note + on))
+        for string, neck in zip(bass.strings, bass.necks, strict=True)
+        for fret, on in rests(string, neck, bass.frets).items()
+    )

@@ -26,7 +26,7 @@ from livebass.lab.paper.cases import CASES, PLAYED, PRESET
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
-from livebass.model.rest import lies_on
+from livebass.model.rest import rests
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import ENDING, OLD_ENDING, image_digest, instrument_file
 from livebass.preset.load import load_preset, preset_names
@@ -278,7 +278,7 @@ def shown_string(string: String, neck: Neck, frets: int) -> dict[str, Any]:
         "length": string.length,
         "frets": [round(x, 6) for x in neck.fret_positions],
         "heights": [round(h, 7) for h in neck.fret_heights],
-        "rests": {fret: on for fret in range(1, frets + 1) if (on := lies_on(string, neck, fret)) != fret},
+        "rests": rests(string, neck, frets),
     }
 
 

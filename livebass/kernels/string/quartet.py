@@ -105,7 +105,7 @@ def complete(rows, j, x, y, kept):
 @jit
 def advance_of(rows, first, n, push, kept):
     push, kept = like(rows, push), like(rows, kept)
-    for j in range(first, n):
+    for j in range(np.uint64(first), np.uint64(n)):  # a signed index might count from the end: that does not vectorise
         x, y = middle(rows, j, rows.q[j], rows.p[j], push)
         complete(rows, j, x, y, kept)
 
@@ -115,7 +115,7 @@ def advance(w, first, n, push, kept):
     """Moves the modes from `first` on by four frames, and multiplies the motion by `kept`."""
     split = w.split
     advance_of(w.low, min(first, split), lower(w, n), push, kept)
-    advance_of(w.high, max(first - split, 0), n - split, push, kept)
+    advance_of(w.high, max(first - split, 0), max(n - split, 0), push, kept)
 
 
 @over()

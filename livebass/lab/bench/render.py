@@ -2,9 +2,9 @@
 
 Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the engine in
 each quality, and over a fretless board; then four strings at once and a slap line through `Engine`, as in `livebass
-render`. One run measures everything, so the ratios belong to one machine in one state. A figure is the minimum of its
-runs, shown with the median and the processor time: if the latter is much less than the wall time on one core, or no
-more on several, something else was running.
+render`, and a held string beside what this machine can do (limit.py). One run measures everything, so the ratios belong
+to one machine in one state. A figure is the minimum of its runs, shown with the median and the processor time: if the
+latter is much less than the wall time on one core, or no more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
+from livebass.lab.bench.limit import limit_lines, measure_limit
 from livebass.lab.bench.measure import CASE_B, RATES, Clock, Result, Row, case_trial, heading, machine_line, row
 from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Instrument
@@ -49,6 +50,7 @@ class Extent:
     line: float = 15.0  # s of the slap line
     runs: int = 5  # of case B
     long_runs: int = 3  # of chords and line
+    pieces: int = 20  # of a held string
 
 
 def bench_render(progress: Say = silent, extent: Extent = Extent()) -> Result:
@@ -56,7 +58,7 @@ def bench_render(progress: Say = silent, extent: Extent = Extent()) -> Result:
 
     "measurements" holds a row for each, with `seconds_per_second` of work per second of sound, their `median`,
     `processor` (its least time, all threads together) and `runs`; "ratios" holds the `RATIOS`; "agreement" the distance
-    of the engine from brute force; "machine" the machine. [main thread]
+    of the engine from brute force; "limit" what `measure_limit` returns; "machine" the machine. [main thread]
     """
     result = heading()
     bass = load_preset("paper-g")
@@ -84,6 +86,8 @@ def bench_render(progress: Say = silent, extent: Extent = Extent()) -> Result:
     for quality in ("live", "studio"):
         progress(f"slap line, {quality}")
         rows[f"slap_{quality}"] = _engine_row(f"slap line, {quality}", slap, quality, line, None, extent.long_runs)
+    progress("a held string, and the limit of this machine")
+    limit = measure_limit(pieces=extent.pieces)
     memory = _peak_memory()
     progress("brute force")
     trial = case_trial("b", "reference", RATES[0], extent.brute)
@@ -94,6 +98,7 @@ def bench_render(progress: Say = silent, extent: Extent = Extent()) -> Result:
         "measurements": rows,
         "agreement": _agreement(slow, fast, min(AGREE_FOR, extent.brute, extent.sound)),
         "ratios": {key: _ratio(rows, upper, lower) for key, _, _, upper, lower in RATIOS},
+        "limit": limit,
     }
 
 
@@ -226,6 +231,7 @@ def table(result: Result) -> str:
             "",
             *(_ratio_line(label, wanted, result["ratios"][key]) for key, label, wanted, _, _ in RATIOS),
             "",
+            *limit_lines(result["limit"]),
             f"engine and brute force over {agreement['until_s'] * 1e3:g} ms: {same} {agreement['contacts_engine']} "
             f"contacts, displacement within {agreement['displacement']:.1e}",
             machine_line(result) + (f", {memory / 1e6:.0f} MB at most" if memory else ""),

@@ -15,12 +15,13 @@ from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass import __version__
 from livebass.engine.engine import Engine
+from livebass.lab.bench import limit
 from livebass.lab.bench import render as bench
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
 from livebass.system.cores import core_count
 
-TINY = bench.Extent(sound=0.02, brute=0.005, chords=0.04, line=0.3, runs=2, long_runs=2)
+TINY = bench.Extent(sound=0.02, brute=0.005, chords=0.04, line=0.3, runs=2, long_runs=2, pieces=2)
 ROWS = {
     "brute_force", "engine_live_50k", "engine_live_48k", "engine_studio_50k", "engine_studio_48k",
     "engine_reference_50k", "engine_reference_48k", "strings_live_one_core", "strings_live_all_cores",
@@ -37,11 +38,11 @@ def measured() -> tuple[dict[str, Any], list[str]]:
 
 def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -> None:
     result, said = measured
-    assert set(result) == {"livebass", "date", "machine", "case_b", "measurements", "agreement", "ratios"}
+    assert set(result) == {"livebass", "date", "machine", "case_b", "measurements", "agreement", "ratios", "limit"}
     assert set(result["measurements"]) == ROWS and set(result["machine"]) == MACHINE
     assert result["livebass"] == __version__ and result["machine"]["cores"] == core_count()
     assert result["machine"]["peak_resident_bytes"] > 50e6
-    assert len(said) == len(set(said)) == 13
+    assert len(said) == len(set(said)) == 14
     for key, row in result["measurements"].items():
         runs = row["runs"]
         assert len(runs) == (1 if key == "brute_force" else 2), key
@@ -61,6 +62,22 @@ def test_rows_tell_what_was_measured(measured: tuple[dict[str, Any], list[str]])
     assert rows["strings_live_one_core"]["notes"] == 4 and rows["strings_live_one_core"]["cores"] == 1
     assert rows["slap_live"]["notes"] == int(0.3 / bench.SIXTEENTH)
     assert rows["slap_live"]["sound_s"] == pytest.approx(0.3, abs=bench.SIXTEENTH)
+
+
+def test_the_limit_is_what_the_multiply_adds_of_a_held_string_take(measured: tuple[dict[str, Any], list[str]]) -> None:
+    """At the rates of a product of matrices, between those of the two widths; twice the modes need twice as many."""
+    found = measured[0]["limit"]
+    least, most = (found["multiply_adds"] / found[f"{kind}_per_s"] * 1e9 for kind in ("float32", "float64"))
+    assert 0 < 0.5 * least < found["limit_ns"] < 2 * most and found["part"] == found["limit_ns"] / found["frame_ns"]
+    engine = Engine(load_preset("jazz-finger"), QUALITIES["live"], 48_000)
+    engine.send(np.zeros(1, np.int64), np.array([(0x90, 28, 40)], np.uint8))
+    engine.process(4800)
+    slot, needed = engine.voices[0].slots[int(engine.voices[0].record["slot"][0])], []
+    split = int(engine.pool.records[0][0]["split"])
+    for modes in (split + 64, split + 128):
+        slot["active"] = slot["v_active"] = modes
+        needed.append(limit.multiply_adds(engine))
+    assert needed[1]["float32"] == 2 * needed[0]["float32"] > 0 and needed[1]["float64"] == needed[0]["float64"] > 0
 
 
 def test_ratios_follow_from_the_times(measured: tuple[dict[str, Any], list[str]]) -> None:

@@ -22,7 +22,6 @@ from livebass.model.trial import (
 )  # fmt: skip
 
 BASS, STRING, FRET, RATE = "jazz-finger", 1, 3, 48000
-CLOSE = 1e-3  # of full scale: contacts amplify what four frames at once round otherwise
 PULLS = [
     (4e-3, 0.5, 0.0),
     (1.5e-3, 0.65, 0.7),
@@ -30,6 +29,9 @@ PULLS = [
     (-1.2e-3, 0.4, 0.0),
     (-1e-3, 0.6, 0.7),
 ]  # apex, m; place, m from the stop; angle, rad
+# Of full scale. `simulate` kicks the string with the tension of each frame, the page with that of four: 2e-5 without a
+# contact. Contacts amplify that: 12 to 7e-5 and 39 to 8.5e-4, less than a pluck harder by a part in ten thousand does
+CLOSE = (1e-3, 1e-4, 3e-5, 1e-3, 1e-3)
 HOLD = """
 const [hold, name, rate] = arguments, found = ask({hold, file: fileOf(name, {}), tier: 0, rate});
 return {...found, weights: [...found.weights]};
@@ -69,16 +71,17 @@ def trial_of(apex: float, place: float, angle: float) -> Trial:
     return checked_trial(bass, s, request, *in_quality(s, QUALITIES["live"]), RATE)
 
 
-@pytest.mark.parametrize(("apex", "place", "angle"), PULLS)
+@pytest.mark.parametrize(("pull", "close"), list(zip(PULLS, CLOSE, strict=True)))
 def test_a_pull_sounds_as_simulated_with_the_same_numbers(
-    page: node.Page, apex: float, place: float, angle: float
+    page: node.Page, pull: tuple[float, float, float], close: float
 ) -> None:
+    apex, place, angle = pull
     pulled = {"string": STRING, "fret": FRET, "apex": apex, "place": place, "angle": angle}
     text, first, frame = page.run(LET_GO, pulled, BASS, RATE)
     sound = np.frombuffer(node.base64.b64decode(text), np.float32)
     wanted = output_signal(trial_of(apex, place, angle), load_preset(BASS).output)[: len(sound)]
     assert first == frame == 0  # from the release on
-    assert np.abs(sound - wanted).max() < CLOSE < 0.01 < np.abs(wanted).max()
+    assert np.abs(sound - wanted).max() < close < 0.01 < np.abs(wanted).max()
 
 
 def test_nobody_pulls_a_string_into_its_frets() -> None:

@@ -168,7 +168,8 @@ def test_lines_along_both_axes_answer_as_by_brute_force(
         strong = near & (wanted > max(wanted.max() * 10 ** (-20 / 20), 2 * WEAK * np.abs(u[0]).max()))
         heard += int(strong.sum())
         assert (np.abs(20 * np.log10(found[strong] / wanted[strong])) < 1.0).all(), (seconds, found / wanted)
-    assert heard or (preset, sounding, idle) == ("short-scale", E, D), "there, all are weak"
+    # from E to D of short-scale the strongest is 41 dB below the plucked string, and 2 WEAK is 38 dB below
+    assert heard or (preset, sounding, idle) == ("short-scale", E, D)
 
 
 # Passive

@@ -97,6 +97,24 @@ def test_friction_solves_eq_7(seed: int, exact: bool) -> None:
     np.testing.assert_allclose(f[touching], law[touching], rtol=0, atol=most * (1e-9 + 1e-14 * DEPTH / slip))
 
 
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_of_two_points_that_stuck_one_may_slide(first: int, way: float) -> None:
+    """It feels A and no more, if to stick it would need half as much again; the other goes on sticking."""
+    most, near, step = 100.0, np.array([4, 9]), 100.0 * COMPLIANCE
+    coupling, slip = COMPLIANCE * np.array([[1.0, 0.2], [0.2, 1.0]]), 0.1 * step
+    string, op = np.zeros(1, STRING), np.zeros(1, OPERATOR)
+    u, v = string["slots"][0, 0]["u"], string["slots"][0, 0]["v"]
+    u["coupling"][np.ix_(near, near)], u["eta"][near] = coupling, DEPTH
+    v["free"][near[first]], v["free"][near[1 - first]] = 1.7 * way * step, 0.3 * way * step
+    op["friction"], op["slip"], op["padded"] = most, slip, 1
+    assert solve_friction(string.ctypes.data, op[0], near, 2) == 2
+    f = v["force"][near]
+    assert f[first] == -way * most and 0.0 < -way * f[1 - first] < most
+    wanted = [-most * sat(x / slip) for x in v["free"][near] + coupling @ f]
+    np.testing.assert_allclose(f, wanted, rtol=0, atol=1e-9 * most)
+
+
 @pytest.mark.parametrize("loss", [0.0, 3.0])  # of 1 / DEPTH
 @pytest.mark.parametrize("touching", [1, 2])
 def test_a_force_may_press_another_point_on(touching: int, loss: float) -> None:

@@ -255,3 +255,16 @@ def test_what_a_finger_needs_is_computed_once() -> None:
     string.slot["touch_kept"] = 0.5
     string.damped()
     assert [row[0] for row in marked] == [7.0] * 4 and string.slot["touch_kept"] == 0.5
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_a_finger_damps_a_string_that_moves_up_and_down_alone(angle: float) -> None:
+    """As on a string that moves both ways: its modes fall by more than half in a tenth of a second."""
+    string = Played("paper-bass", 3)
+    string.play(event(PLUCK, apex=1e-4, place=0.5, angle=angle))
+    string.let_ring(0.02)
+    assert bool(string.slot()["v_active"]) == (angle > 0.0)
+    before = np.abs(modal_row(string.slot()["u"], "q")[:8]).sum()
+    string.play(lay())
+    string.let_ring(0.1)
+    assert np.abs(modal_row(string.slot()["u"], "q")[:8]).sum() < 0.5 * before
