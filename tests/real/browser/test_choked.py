@@ -29,7 +29,7 @@ return [begins, chosenBass().strings[3].heights[19]];
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture  # anew for each test: a string that still rings from another's notes repeats none
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     folder = tmp_path_factory.mktemp("choked")
     file = export_page({"jazz-finger": load_preset("jazz-finger")}, folder / "page", single=True)
