@@ -176,7 +176,8 @@ def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -
     from selenium.webdriver.common.keys import Keys
 
     for element in opened.find_elements("css selector", "#bench :is(button, input, summary):not([hidden])"):
-        assert element.accessible_name, element.get_attribute("outerHTML")
+        if element.value_of_css_property("display") != "none":  # on other screens
+            assert element.accessible_name, element.get_attribute("outerHTML")
     slider = opened.find_element("id", "bench-action")
     slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
     assert state(opened)[1] == {"action": -0.1}
