@@ -14,6 +14,7 @@ OTHERS = {
     "page.js": "export const elements = new Map();\nexport const said = [];\n"
     "export function $(name) { if (!elements.has(name)) elements.set(name, {}); return elements.get(name); }\n"
     "export const make = () => ({});\nexport const say = text => said.push(text);\n",
+    "line.js": "export const told = [];\nexport const tell = text => told.push(text);\n",
     "player.js": "export const player = {context: {sampleRate: 48000}, on: (_, keep) => { player.sent = keep; }};\n",
     "techniques.js": 'export const STROKES = [{symbol: "pick"}];\nexport const plucked = [];\n'
     "export const pluckWith = stroke => plucked.push(stroke.symbol);\n",
@@ -22,8 +23,8 @@ OTHERS = {
     "  open(_, seconds) { this.seconds = seconds; }\n}\n",
     "tested.js": 'import {offerRiff, readRiff, riffParts} from "./riff.js";\nimport {$, said} from "./page.js";\n'
     'import {player} from "./player.js";\nimport {plucked} from "./techniques.js";\n'
-    'import {made} from "./transport.js";\n'
-    "export const tested = {offerRiff, readRiff, riffParts, $, said, player, plucked, transport: made[0]};\n",
+    'import {made} from "./transport.js";\nimport {told} from "./line.js";\n'
+    "export const tested = {offerRiff, readRiff, riffParts, $, said, told, player, plucked, transport: made[0]};\n",
 }
 PLAY = """
 let time = arguments[1] ?? 0;
@@ -61,7 +62,8 @@ def test_the_last_notes_come_back_from_a_link(riffs: Node) -> None:
         assert riffs.run(PLAY, notes, time) == of(kept)
         assert riffs.run("return readRiff(arguments[0])", of(kept)) == [list(note) for note in kept]
         riffs.run("offerRiff(arguments[0])", f"#riff={of(kept)}&stroke=pick")
-        assert riffs.run("return [$('riff').hidden, plucked.at(-1)]") == [False, "pick"]
+        says = "A friend's notes on this bass: play the riff, or press a string."
+        assert riffs.run("return [$('riff').hidden, plucked.at(-1), told.at(-1)]") == [False, "pick", says]
         messages: list[Any] = riffs.run("return [...transport.messages()]")
         rows = [messages[k : k + 4] for k in range(0, len(messages), 4)]
         wanted = [[48 * begin, 0x90, key, velocity] for begin, key, velocity, _ in kept]
@@ -79,5 +81,5 @@ def test_key_switches_are_no_notes(riffs: Node) -> None:
 )
 def test_a_bad_riff_is_told_and_not_offered(riffs: Node, riff: str) -> None:
     riffs.run("offerRiff(arguments[0])", f"#like=jazz-finger&riff={riff}")
-    hidden, said = riffs.run("return [$('riff').hidden, said.at(-1)]")
-    assert hidden and said == f"the link's riff cannot be read: {riff[:30]}."
+    hidden, said, told = riffs.run("return [$('riff').hidden, said.at(-1), told.length]")
+    assert hidden and not told and said == f"the link's riff cannot be read: {riff[:30]}."
