@@ -17,10 +17,15 @@ export function crownText(/** @type {number} */ string, /** @type {number} */ on
   return fretless ? onBoard(strings[string].frets[on - 1]) : `fret ${capo + on}`;
 }
 
-// What the note of a replay does: "12 contacts", or "it lies on fret 20".
+// What a string does that frets out: "it lies on fret 20, with 12 contacts beyond".
+function lies(/** @type {number} */ string, /** @type {number} */ on, /** @type {number} */ count) {
+  return `it lies on ${crownText(string, on)}${count ? `, with ${contactsOf(count)} beyond` : ""}`;
+}
+
+// What the note of a replay does: "12 contacts", or what `lies` says.
 export function doneBy(/** @type {Replay} */ replay) {
   const on = see.liesOn(replay), {length} = replay.hits;
-  return on ? `it lies on ${crownText(replay.string, on)}${length ? `, with ${contactsOf(length)} beyond` : ""}` : contactsOf(length);
+  return on ? lies(replay.string, on, length) : contactsOf(length);
 }
 
 // The higher fret that a note's string lies on at rest; undefined: it lies on its own.
@@ -31,10 +36,7 @@ function liesOn(/** @type {SeenNote} */ {string, fret = 0, of = 0}) {
 // Tells what a note did: "E string, fret 3: 7 contacts; it hits fret 4 hardest."
 export function tellNote(/** @type {SeenNote} */ note) {
   const {string, fret = 0, contacts} = note, {strings, capo, fretless} = chosenBass(), on = liesOn(note);
-  if (on) {
-    const hits = contacts.length ? `, with ${contactsOf(contacts.length)} beyond` : "";
-    return tell(`${strings[string].name} string, fret ${capo + fret} frets out: it lies on ${crownText(string, on)}${hits}. Raise the action to free it.`);
-  }
+  if (on) return tell(`${strings[string].name} string, fret ${capo + fret} frets out: ${lies(string, on, contacts.length)}. Raise the action to free it.`);
   const where = `${strings[string].name} string, ${fret ? `fret ${capo + fret}` : "open"}`;
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
