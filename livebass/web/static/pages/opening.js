@@ -31,15 +31,19 @@ function stringOf(/** @type {number} */ note) {
   return strings.findLastIndex(string => note >= string.note && note <= string.note + frets);
 }
 
-// Shows the last key that was pressed in vain, again and again while it is held.
+// Shows what a key's note would have been, again and again while the key is held.
+function showSilently(/** @type {Awaited<ReturnType<typeof move>>} */ made, /** @type {typeof state.early[number]} */ key) {
+  tell(`Without sound, slowly: ${doneBy(showSlowly(made))}.`);
+  state.repeats = key.end === undefined;
+}
+
+// Shows the last key that was pressed in vain.
 async function showUnheard() {
   const key = state.early.at(-1), bass = chosenBass(), string = key?.string ?? (key ? stringOf(key.note) : -1);
   state.early = [];
   if (!player.isMute) say(NO_SOUND, true);
   if (!key || string < 0) return;
-  const made = await move({performed: {string, note: key.note, velocity: key.velocity}}, await player.fileOf(bass.name));
-  tell(`Without sound, slowly: ${doneBy(showSlowly(made))}.`);
-  state.repeats = key.end === undefined;
+  showSilently(await move({performed: {string, note: key.note, velocity: key.velocity}}, await player.fileOf(bass.name)), key);
 }
 
 player.on("soundless", () => { showUnheard().catch(error => say(`The note cannot be shown: ${error.message}`)); });
