@@ -186,6 +186,43 @@ def test_under_a_hand_it_fades_by_its_factor_in_each_frame(preset: str) -> None:
 
 
 @pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("heard", [2 * BLOCK, LOW + BLOCK])
+def test_modes_that_no_pickup_hears_move_by_their_law_too(preset: str, heard: int) -> None:
+    """Whether the lowest of them is float64 or float32: the string may touch its frets with them."""
+    string = sounding(preset, rings=0.006)
+    string.record["stretch"] = 0.0
+    slot = string.slot()
+    slot["heard"] = heard
+    assert min(slot["active"], slot["v_active"]) > LOW + 2 * BLOCK
+    string.play(NOTHING)
+    assert string.record["left"] == QUARTET - 1
+    before, now = motion_of(string, "_before"), motion_of(string)
+    for modes in (slice(heard), slice(heard, None)):
+        assert_near(now.amplitude[:, modes], before.after(4)[:, modes], 1e-6)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("ended", [False, True])
+def test_modes_that_rest_are_left_alone(preset: str, ended: bool) -> None:
+    """They cost nothing, neither in a quartet nor by fingers after it: what stands in their place stays there."""
+    string = sounding(preset)
+    if ended:
+        string.play(event(HAND, value=1.0))
+        string.let_ring(0.02)
+        to_left(string, 0)
+    slot, marked = string.slot(), []
+    first = max(int(slot["active"]), int(slot["v_active"]), LOW) - LOW
+    for w in ("u", "v"):
+        for row in "qp":
+            marked.append(slot[w]["high"][row][first:])
+            marked[-1][:] = 1.0
+    to_left(string, QUARTET - 1)
+    to_left(string, 0)
+    assert max(int(slot["active"]), int(slot["v_active"])) <= LOW + first
+    assert all((row == 1.0).all() for row in marked)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
 @pytest.mark.parametrize("much", [0.0, STRETCHED])
 @pytest.mark.parametrize("done", [1, 2, 3])
 def test_an_event_finds_the_string_where_single_frames_bring_it(preset: str, much: float, done: int) -> None:
@@ -383,6 +420,20 @@ def test_in_between_quartets_fingers_act_on_a_note_that_goes_on_alone(preset: st
     free = float(string.slot()["hand"]) ** frames * before.after(frames)
     damped = np.abs(motion_of(string).amplitude - free).max() / np.abs(free).max()
     assert damped < 1e-6 if ended else damped > 1e-5
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_after_a_quartet_fingers_act_on_an_ended_note_alone(preset: str) -> None:
+    """On one that goes on they have acted in each frame."""
+    string = sounding(preset)
+    to_left(string, 1)
+    finger = string.record["touches"][0]
+    finger["place"], finger["width"], finger["resistance"], finger["wanted"] = 0.2, 4e-3, 0.4, 0.4
+    before = motion_of(string)
+    string.slot()["thumb"]["on"] = THERE  # u and v do not exchange
+    string.play(NOTHING)
+    assert string.record["left"] == 0
+    np.testing.assert_array_equal(motion_of(string).amplitude, before.amplitude)
 
 
 def stop_modes_above(slot: np.void, few: int) -> None:

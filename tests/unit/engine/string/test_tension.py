@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.motion import scale_motion
-from support.own_basses import PLAYED, load_preset
+from support.own_basses import FRETTED, PLAYED, load_preset
 from support.played import RATE, Played, event, single_frames
 from support.strings import even, far_from_frets
 
@@ -16,7 +16,7 @@ from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.bass.instrument import BEYOND
-from livebass.kernels.string.records import BLOCK, EVENT, HAND, PLUCK
+from livebass.kernels.string.records import BEND, BLOCK, EVENT, GAIN, HAND, PLUCK
 
 LOOK = 64  # frames
 MINIMUM = 1e-7  # of the tension
@@ -132,3 +132,35 @@ def test_the_tension_grows_by_a_fifth_at_most(preset: str) -> None:
     wave = np.arange(1, 9) * np.pi / float(op["length"])
     wanted = -0.2 * (float(op["speed"]) * wave) ** 2 * ends[1][1] / RATE
     assert ends[0][0] - ends[1][0] == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("octaves", [0, 5])
+def test_a_vibrato_tightens_the_string_for_modes_that_turn_by_at_most_two_radians_a_frame(
+    preset: str, octaves: int
+) -> None:
+    """In whole blocks; bent so far that the audio rate carries less than two blocks, for the lowest 8 modes."""
+    depth, phase, ends = 0.5, 0.3, []
+    for vibrates in (True, False):
+        string = Played(preset, 0)
+        string.play(event(PLUCK, 2, apex=5e-4, place=0.7, width=1e-3, seconds=1e-5, angle=0.4))
+        string.play(event(BEND, value=2.0**octaves))
+        string.let_ring(0.2 if octaves else 0.003)
+        while string.slot()["fourth"] not in (1, 2):  # after which u and v do not exchange
+            string.play(event(GAIN, value=1.0))
+        if vibrates:
+            string.record["depth"] = string.record["depth_wanted"] = depth
+            string.record["phase"], string.record["waver"] = phase, 0.0
+        string.play(event(GAIN, value=1.0))
+        slot, op = string.slot(), string.ops[2]
+        ends.append([[modal_row(slot[w], row) for w in "uv"] for row in ("q", "p", "pace")])
+    (q, p, pace), (_, p_still, _) = (np.array(end) for end in ends)
+    turn = slot["u"]["omega"][: int(op["modes"])] / RATE
+    few = 8 if octaves else int(np.searchsorted(turn, 2.0)) // BLOCK * BLOCK
+    changed = np.flatnonzero((p != p_still).any(axis=0))
+    assert changed[-1] == few - 1 and turn[few - 1] < 2.0
+    wave = np.arange(1, few + 1) * np.pi / float(op["length"])
+    tighter = 2 ** (depth * (1 - np.cos(2 * np.pi * phase)) / 12) - 1
+    wanted = -tighter * (float(op["speed"]) * 2**octaves * wave) ** 2 * q[:, :few] / RATE
+    found = (pace * (p - p_still))[:, :few]
+    assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
