@@ -7,8 +7,9 @@ import ctypes
 import numpy as np
 import pytest
 from support.levels import db
+from support.live import offline, played_ahead
 from support.motion import mode_speeds
-from support.own_basses import FRETTED
+from support.own_basses import FRETTED, load_preset
 from support.played import RATE, Played, event, single_frames
 
 from livebass.engine.prepare import modal_row, play_frames
@@ -69,6 +70,15 @@ def test_an_ended_note_dies_as_under_three_dashpots_a_finger(preset: str, i: int
     one, three = levels
     assert one != three < -20
     assert one / three == pytest.approx(1.0, abs=0.05 if fret == 0 else 0.02)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_a_string_that_ran_ahead_comes_back_into_the_midst_of_a_quartet(preset: str) -> None:
+    """It sounds as rendered, bit for bit, whichever frame of a quartet it was saved in."""
+    bass, frames = load_preset(preset), 8192
+    messages = [(k, 0x90, key, 60) for k, key in enumerate((28, 33, 38, 43))]
+    messages += [(3000 + 97 * k, 0xB0, 7, 60 + k) for k in range(40)]
+    assert np.array_equal(played_ahead(bass, messages, frames), offline(bass, messages, frames))
 
 
 def ahead(string: Played, slot: np.void, op: np.void, frames: Floats) -> Floats:
