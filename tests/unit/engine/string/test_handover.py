@@ -161,3 +161,30 @@ def test_the_motion_handed_over_is_the_projection_of_the_old_one(preset: str, fr
         found = motion_of(string, name)[:, :count]
         off = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max(axis=1)
         assert np.all(np.abs(wanted).max(axis=1) > 1e-7) and off.max() < 1e-4, (name, off)
+
+
+@jit
+def let_go(strings, operators, fret, held):
+    fretting.change_fret(strings[0], operators, fret, fretting.GENTLY, held)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+@pytest.mark.parametrize("fret, to", [(5, 0), (12, 5)])
+def test_a_string_let_go_begins_where_and_as_fast_as_the_finger_held_it(preset: str, fret: int, to: int) -> None:
+    """Up from the crown and across the neck, but for what stiffness rounds off its corner."""
+    held_up, held_across, ends = np.array([-2e-4, 0.3]), np.array([1e-4, -0.2]), []
+    for held in (1.0, 0.0):
+        string = Played(preset, 0, "reference")
+        string.play(event(PLUCK, apex=3e-4, place=0.3, fret=fret, angle=0.7))
+        for _ in range(700):
+            string.play(event(PLUCK)[:0])
+        slot = string.slot()
+        for stop, (place, speed) in (("stop_u", held_up), ("stop_v", held_across)):
+            slot[stop]["place"], slot[stop]["speed"] = place, speed
+        length = float(string.ops[to]["length"])
+        s = length - float(string.ops[fret]["length"])
+        let_go(string.voice.string, string.ops, to, held)
+        ends.append([shape_of(motion_of(string, w), length, np.array([s]))[:, 0] for w in ("u", "v")])
+    wanted = np.array([held_up + np.array([crown(string.ops, to, s), 0.0]), held_across])
+    part = (np.array(ends[0]) - ends[1]) / wanted
+    assert (part > 0.9).all() and (part < 1.0).all(), part
