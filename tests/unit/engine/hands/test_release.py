@@ -116,10 +116,13 @@ def test_all_fingers_that_end_a_note_lie_on_the_string(preset: str, fret: int) -
 
 @pytest.mark.parametrize("preset", PLAYED)
 def test_fingers_land_on_an_open_string_within_12_ms(preset: str) -> None:
+    """One by the pickups, the others between the nut and the octave."""
     ended = Ended(engine(preset), 1, 0, release())
     for seconds, part in ((6e-3, 0.5), (5e-3, 11 / 12), (2e-3, 1.0)):
         touches = ended.after(seconds).voice.record["touches"][0]
         assert touches["resistance"] / touches["wanted"] == pytest.approx(np.full(TOUCHES, part), abs=0.01)
+    places = np.sort(touches["place"]) / float(ended.ops[0]["length"])  # from the saddle
+    assert 0.1 < places[0] < 0.25 and (places[1:] > 0.5).all() and (places[1:] < 0.95).all()
 
 
 @pytest.mark.parametrize("preset", PLAYED)
