@@ -31,14 +31,14 @@ class Kept(Image):
     def silent(self) -> dict[Any, Silent | None]:
         return {}
 
-    def bass(self, *requested: Any) -> Bass:
+    def bass(self, *requested: Any, **more: Any) -> Bass:
         _, _, _, pools, *_ = requested
-        key = *requested[:3], *map(id, pools), *requested[4:]
+        key = *requested[:3], *map(id, pools), *requested[4:], *more.items()
         if key not in self.silent or not {*map(id, pools)} <= {*map(id, self.pools.values())}:
             self.silent[key] = None
-            return super().bass(*requested)
-        kept = self.silent[key] or Silent(super().bass(*requested), super().bass(*requested))
-        self.silent[key] = kept
+            return super().bass(*requested, **more)
+        if not (kept := self.silent[key]):
+            self.silent[key] = kept = Silent(*[super(Kept, self).bass(*requested, **more) for _ in range(2)])
         return kept.copy()
 
 
