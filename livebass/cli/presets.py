@@ -36,7 +36,7 @@ def list_(sounds: bool, revisions: bool) -> None:
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
     from livebass.preset.revisions import revision_table
-    from livebass.preset.sounds import sound_names
+    from livebass.preset.sounds import sound_description, sound_names
 
     if sounds and revisions:
         raise click.UsageError("give one of --sounds and --revisions: sounds have none")
@@ -45,7 +45,7 @@ def list_(sounds: bool, revisions: bool) -> None:
         return
     if sounds:
         for name in sound_names():
-            click.echo(wrap_row(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))
+            click.echo(wrap_row(f"{name:{max(map(len, sound_names())) + 2}}", sound_description(name)))
         return
     names = preset_names() + laboratory_names()
     chosen = {name: " ".join(str(n) for n, preset in PROGRAMS.items() if preset == name) for name in names}

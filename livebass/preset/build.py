@@ -175,7 +175,8 @@ class Builder:
         """The bass changed by the sliders of the table [bench]."""
         made = change_bass(bass, self.table("bench", raw, "bench"))
         for string, neck in zip(made.strings, made.necks, strict=True):
-            self.check_notes(string, neck, f"string[{string.name}]", "bench")
+            if not self.ships:
+                self.check_notes(string, neck, f"string[{string.name}]", "bench")
         return made
 
     def effects(self, raw: Any) -> Effects:
