@@ -234,6 +234,32 @@ def test_a_note_that_frets_out_is_said_with_its_fret_and_lit_there(
     assert not (picture.pixels != silent.pixels)[12:34, 160:300].any(), "it is said once"
 
 
+def test_over_a_bare_board_it_has_the_place_and_a_glide_does_not_fret_out(picture: Picture, draw_look: Make) -> None:
+    """The string lies still on the place; a finger that glides over it moves."""
+    silent = draw_look(made_look(fretless=True))
+    for glides in (True, False):
+        picture.show(made_look(fretless=True))
+        picture.draw(seconds=15)
+        for k in range(3):
+            look = play(3, 9, [1e-4])
+            look["fretless"], look["latest"], look["notes"] = 1, 3, 1
+            place = look["place"][0, 20 - k * glides]
+            look["string"][0, 3]["sight"]["slot"][1]["length"] = LENGTH - place
+            picture.show(look)
+            picture.draw()
+        assert (picture.pixels != silent.pixels)[12:34, 160:300].any() == (not glides)
+
+
+def test_a_fret_has_a_name_and_a_bare_board_a_place() -> None:
+    for fretless, fret, text in ((0, 9, "fret 9"), (1, 9, "the board {:.0f} mm from the nut"), (1, 12, "at")):
+        look, room = made_look(fretless=bool(fretless)), c.create_string_buffer(48)
+        word = b"at" if text == "at" else b"the board"
+        library().lb_fret_text(c.c_void_p(look.ctypes.data), fret, word, room, c.c_size_t(48))
+        place = 1e3 * float(look["place"][0, fret])
+        expected = f"at {place:.0f} mm from the nut" if text == "at" else text.format(place)
+        assert room.value.decode() == expected
+
+
 def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
     picture.draw()
     rest = bright(picture.pixels)

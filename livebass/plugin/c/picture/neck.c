@@ -332,10 +332,16 @@ static const shape *shape_of(const lb_picture *p, int string, int before) {
 int lb_lies_on(const lb_picture *p, int string) {
     const LB_LOOK *l = look_of(p);
     const shape *one = shape_of(p, string, 0);
-    if (l->fretless || !p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
+    if (!p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
+    if (l->fretless && (p->shaped < 2 || shape_of(p, string, 1)->stop != one->stop)) return 0; /* it glides */
     for (int k = one->fret + 1; k <= l->frets; k++)
         if (fabs(l->place[k] - one->stop) < SAME_PLACE) return k;
     return 0;
+}
+
+void lb_fret_text(const LB_LOOK *l, int fret, const char *board, char *text, size_t room) {
+    if (l->fretless) snprintf(text, room, "%s %.0f mm from the nut", board, 1e3 * l->place[fret]);
+    else snprintf(text, room, "fret %d", fret);
 }
 
 static double within(double v, double minimum, double greatest) {

@@ -1,7 +1,7 @@
 // The fret map: what one pluck does at every string and fret of the bass on the bench, beside the map before it. The
 // same as `livebass map`.
 import {changesText} from "./benchview.js";
-import {crownText, onBoard} from "../neck/line.js";
+import {fretText, hitText, noteText} from "../neck/places.js";
 import {$, PAGE, chosenBass, make, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {workshop} from "../audio/workshop.js";
@@ -9,14 +9,14 @@ import {workshop} from "../audio/workshop.js";
 const FRETS = 6; // of one message to the worker, which then has time for the bench
 const KEPT = 2; // maps beside each other
 const FULL = 55; // % of the colour in the cell with most contacts: its text stays readable
-/** @type {{title: string, strings: FretRow[]}[]} */
+/** @type {{title: string, bass: Bass, strings: FretRow[]}[]} */
 const maps = [];
 const work = {number: 0, goes: false}; // of the newest map; whether it is being computed
 
 /**
  * Computes the map of the chosen bass; undefined if another one was wanted meanwhile. `progress` gets the part done.
  * @param {(part: number) => void} progress
- * @returns {Promise<{title: string, strings: FretRow[]} | undefined>}
+ * @returns {Promise<{title: string, bass: Bass, strings: FretRow[]} | undefined>}
  */
 async function mapNeck(progress) {
   const number = ++work.number, bass = chosenBass(), {velocity, seconds, rate} = PAGE.map;
@@ -32,35 +32,35 @@ async function mapNeck(progress) {
       if (number !== work.number) return undefined;
       cells.push(...found.map((each, k) => {
         const cell = {...each, last: each.last / rate, on: rests[i][fret + k] ?? fret + k};
-        return {...cell, title: cellTitle(i, cell, fret + k)};
+        return {...cell, title: cellTitle(bass, i, cell, fret + k)};
       }));
       progress((i + cells.length / (bass.frets + 1)) / bass.strings.length);
     }
     strings.push({name, cells});
   }
-  return {title, strings};
+  return {title, bass, strings};
 }
 
-function cellText(/** @type {FretCell} */ {contacts, on}, /** @type {number} */ fret) {
-  return on !== fret ? `→${on}` : contacts ? String(contacts) : "·";
+function cellText(/** @type {FretCell} */ {contacts, on}, /** @type {number} */ fret, /** @type {Bass} */ {capo}) {
+  return on !== fret ? `→${capo + on}` : contacts ? String(contacts) : "·";
 }
 
-function cellTitle(/** @type {number} */ string, /** @type {Omit<FretCell, "title">} */ {contacts, hardest, last, on}, /** @type {number} */ fret) {
-  const where = `${chosenBass().strings[string].name} string, ${fret ? `fret ${fret}` : "open"}`;
-  if (on !== fret) return `${where}: frets out, it lies on ${crownText(string, on)}`;
+/** @param {Bass} bass @param {number} string @param {Omit<FretCell, "title">} cell @param {number} fret */
+function cellTitle(bass, string, {contacts, hardest, last, on}, fret) {
+  const where = noteText(bass, string, fret);
+  if (on !== fret) return `${where}: frets out, it lies on ${fretText(bass, string, on)}`;
   if (!contacts) return `${where}: no contact`;
-  const at = chosenBass().fretless ? onBoard(hardest || 0) : `fret ${hardest}`;
-  return `${where}: ${contacts} contact${contacts === 1 ? "" : "s"}, hardest at ${at}, the last after ${Math.round(1000 * last)} ms`;
+  return `${where}: ${contacts} contact${contacts === 1 ? "" : "s"}, hardest at ${hitText(bass, hardest || 0)}, the last after ${Math.round(1000 * last)} ms`;
 }
 
 // The tables, the newest first, in colours up to the most contacts of both.
 function show() {
   const most = Math.max(1, ...maps.flatMap(({strings}) => strings.flatMap(({cells}) => cells.map(({contacts}) => contacts))));
-  $("maps").replaceChildren(...maps.map(({title, strings}) => {
-    const head = make("tr", {}, make("th", {scope: "col", textContent: "fret"}));
-    strings[0].cells.forEach((_, fret) => head.append(make("th", {scope: "col", textContent: fret || "open"})));
+  $("maps").replaceChildren(...maps.map(({title, bass, strings}) => {
+    const head = make("tr", {}, make("th", {scope: "col", textContent: bass.fretless ? "semitone" : "fret"}));
+    strings[0].cells.forEach((_, fret) => head.append(make("th", {scope: "col", textContent: fret ? bass.capo + fret : "open"})));
     const rows = [...strings].reverse().map(({name, cells}) => make("tr", {}, make("th", {scope: "row", textContent: name}), ...cells.map((cell, fret) => {
-      const made = make("td", {textContent: cellText(cell, fret), title: cell.title});
+      const made = make("td", {textContent: cellText(cell, fret, bass), title: cell.title});
       made.className = cell.on === fret ? "" : "choked";
       made.style.setProperty("--part", `${Math.round(FULL * cell.contacts / most)}%`);
       return made;
@@ -94,4 +94,4 @@ $("map-neck").onclick = async () => {
   showState(false);
 };
 const {velocity, seconds} = PAGE.map;
-$("map-hint").textContent = `Contacts in ${seconds} s of a note at velocity ${velocity}; an arrow leads to the fret that a choked string lies on. Change the bench and map again: both maps stay.`;
+$("map-hint").textContent = `Contacts in ${seconds} s of a note at velocity ${velocity}; an arrow shows where a string lies that frets out. Change the bench and map again: both maps stay.`;

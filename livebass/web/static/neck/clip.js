@@ -1,6 +1,7 @@
 // Saves the replay as a picture, or as a clip: the note at speed, then slowly, with a tick for each contact.
 import {$, ADDRESS, busy, chosenBass, make, save, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
+import {noteText} from "./places.js";
 import {goTo, slowness} from "./replay.js";
 import {hear, hush, tick} from "../audio/sounds.js";
 import {state} from "../pages/state.js";
@@ -13,8 +14,8 @@ const KINDS = ["video/mp4;codecs=avc1.42E01E,mp4a.40.2", "video/mp4;codecs=avc1,
 const CLIP = {rate: 30, shortest: 3, longest: 12}; // pictures a second; s of the slow part
 
 function titleOf() {
-  const {string, fret} = see.note, bass = chosenBass(), at = fret ? `, fret ${bass.capo + fret}` : ", open";
-  return `${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release`;
+  const {string, fret = 0} = see.note, bass = chosenBass();
+  return `${bass.title}, ${noteText(bass, string, fret)}, ${see.moment.toFixed(2)} ms after the release`;
 }
 
 // The line at a poster's foot: what it shows, and where it comes from.
