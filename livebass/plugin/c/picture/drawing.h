@@ -122,8 +122,8 @@ struct lb_picture {
 /* The fret that a sounding string lies on, beyond the one that is pressed; 0: it does not fret out. */
 int lb_lies_on(const lb_picture *p, int string);
 
-/* Names a fret; without frets the place that it stands for, after the words `board`: "the board 412 mm from the nut". */
-void lb_fret_text(const LB_LOOK *, int fret, const char *board, char *text, size_t room);
+/* Names a fret: "fret 9"; without frets the place that it stands for, from the nut: "412 mm". */
+void lb_fret_text(const LB_LOOK *, int fret, char *text, size_t room);
 
 static inline const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
 

@@ -339,8 +339,8 @@ int lb_lies_on(const lb_picture *p, int string) {
     return 0;
 }
 
-void lb_fret_text(const LB_LOOK *l, int fret, const char *board, char *text, size_t room) {
-    if (l->fretless) snprintf(text, room, "%s %.0f mm from the nut", board, 1e3 * l->place[fret]);
+void lb_fret_text(const LB_LOOK *l, int fret, char *text, size_t room) {
+    if (l->fretless) snprintf(text, room, "%.0f mm", 1e3 * l->place[fret]);
     else snprintf(text, room, "fret %d", fret);
 }
 
@@ -370,6 +370,19 @@ static void bound(LB_LOOK *l) {
     }
 }
 
+/* Puts frets where they are. A look has the place where a string ends that is stopped at each: for frets that choke it,
+   that of the higher fret that it lies on. These divide what is left of the string evenly in pitch. */
+static void set_places(LB_LOOK *l) {
+    const double length = l->string[0].length;
+    for (int k = 1, last = 0; k <= l->frets; k++) {
+        if (k < l->frets && l->place[k + 1] - l->place[k] < SAME_PLACE) continue;
+        const double ratio = (length - l->place[k]) / (length - l->place[last]);
+        for (int at = last + 1; at < k; at++)
+            l->place[at] = length - (length - l->place[last]) * pow(ratio, (double)(at - last) / (k - last));
+        last = k;
+    }
+}
+
 void lb_read_looks(lb_picture *p) {
     const uint64_t taken = lb_looks_taken(p->face.look);
     const uint64_t fresh = taken - p->taken;
@@ -378,6 +391,7 @@ void lb_read_looks(lb_picture *p) {
         LB_LOOK *to = &p->both[!p->which];
         if (!lb_read_look(p->face.look, k, to)) continue;
         bound(to);
+        set_places(to);
         if (to->bass != look_of(p)->bass || to->strings != look_of(p)->strings) p->shaped = 0;
         p->which = !p->which;
         for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);

@@ -98,10 +98,10 @@ static void tell_choked(lb_picture *p) {
     const int string = (int)l->latest, on = lb_lies_on(p, string), fret = (int)l->string[string].fret;
     if (!on || (p->choked[0] == l->notes && p->choked[1] == fret)) return;
     const char *name = lb_note_name((int)l->string[string].open);
-    char pressed[48], crown[48];
-    lb_fret_text(l, fret, "at", pressed, sizeof pressed);
-    lb_fret_text(l, on, "the board", crown, sizeof crown);
-    snprintf(p->notice, sizeof p->notice, "String %s, %s frets out: it lies on %s", name, pressed, crown);
+    char pressed[16], crown[16];
+    lb_fret_text(l, fret, pressed, sizeof pressed);
+    lb_fret_text(l, on, crown, sizeof crown);
+    snprintf(p->notice, sizeof p->notice, "%s, %s frets out: lies on %s", name, pressed, crown); /* the title's room */
     p->noticed = p->seconds;
     p->choked[0] = l->notes;
     p->choked[1] = fret;
