@@ -9,6 +9,7 @@ import {fretText} from "../neck/places.js";
 const answer = /** @type {any} */ (postMessage);
 /** @type {Engine} */
 let engine; // for one job after another: browsers are slow to free the memory of a new one for each
+let mapped = 0; // the bass of the last `buzz`
 const taken = new Map(); // address of a bass: [begin of its memory, end]
 const names = []; // of basses built before: versions of one carry on each other's notes
 const sizes = new Map(); // of basses built last, by file, tier, rate and length of an impulse response
@@ -85,10 +86,14 @@ function hold({hold: {string, fret, note}, file, tier, rate}) {
   return {...held, farthest, hardest: engine.hardest(bass, string, note, rate)};
 }
 
-// Returns what notes do at frets of a new bass: `buzz` of the engine.
+// Returns what notes do at frets of a new bass: `buzz` of the engine. Without a file: of the bass of the message before,
+// which was of this kind, too.
 function buzz({buzz: notes, file, tier, rate}) {
-  engine.clear();
-  return engine.buzz(engine.build(file, tier, rate, engine.home), notes, rate);
+  if (file) {
+    engine.clear();
+    mapped = engine.build(file, tier, rate, engine.home);
+  }
+  return engine.buzz(mapped, notes, rate);
 }
 
 // Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
