@@ -2,7 +2,7 @@
 import {$, ADDRESS, busy, chosenBass, make, save, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {noteText} from "./places.js";
-import {goTo, slowness} from "./replay.js";
+import {HEARD, goTo, slowness} from "./replay.js";
 import {hear, hush, tick} from "../audio/sounds.js";
 import {state} from "../pages/state.js";
 import {pictures, see} from "./view.js";
@@ -68,7 +68,7 @@ async function saveClip() {
   };
   show(0);
   recorder.start();
-  const heard = hear([replay.sound], sound);
+  const heard = hear([replay.sound.slice(0, HEARD * context.sampleRate)], sound);
   await during(heard, part => show(part * heard * context.sampleRate));
   hush();
   await during(slow, part => { for (const hit of show(part * (replay.length - 1))) tick(hit, sound); });

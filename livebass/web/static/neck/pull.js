@@ -5,7 +5,7 @@ import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {fretText, noteText} from "./places.js";
 import {Held} from "./pulled.js";
-import {backToNow, keepPull, move, showSlowly} from "./replay.js";
+import {RINGS, backToNow, keepPull, move, showSlowly} from "./replay.js";
 import {hear} from "../audio/sounds.js";
 import {POINTS, SHOWN} from "./see.js";
 import {pictures, see} from "./view.js";
@@ -105,7 +105,7 @@ async function letGo() {
   if (!taken || !grip) return;
   const pull = pullOf(taken, grip), sounds = player.sound();
   Object.assign(hand, {taken: undefined, grip: undefined});
-  const made = await move({pulled: pull}, taken.file);
+  const made = await move({pulled: pull}, taken.file, RINGS);
   if (hand.taken) return; // the hand has it again
   const replay = showSlowly(made), {heights} = chosenBass().strings[pull.string];
   keepPull({name: taken.name, label: taken.label, file: taken.file, heights: {[pull.string]: heights}, pulled: pull}, replay);
