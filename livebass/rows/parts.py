@@ -235,6 +235,8 @@ class PlayerNumbers:
         word=33)  # rms
     floor_cutoff: float = number(3000.0, "frequency", "100 Hz", "20 kHz",
         "up to where that noise is level; a preamplifier: 20 kHz", word=42, file=NOT_BELOW_ZERO, of="floor")
+    floor_corner: float = number(0.0, "frequency", "0 Hz", "10 kHz",
+        "where flicker noise is as loud as that; louder below; 0: none", word=46, file=NOT_BELOW_ZERO, of="floor")
     hum: float = number(OFF, "level", "-200 dB", "0 dB", "mains hum of single coils, relative to a medium note",
         word=39)  # rms
     mains: float = number(50.0, "frequency", "40 Hz", "70 Hz", "frequency of that hum", word=40, of="hum")

@@ -1,6 +1,8 @@
 """The noise floor of a bass: the noise of its electronics and the hum of its coils. It follows the volume but no note.
 
 The noise is white up to `floor_cutoff`: coil, tone pot and cable filter the strings, not the preamplifier behind them.
+Below `floor_corner` its flicker is louder: the density is 1 + corner / frequency times that of the white noise, within
+1 dB, by shelves of 6 dB two octaves apart.
 
 It belongs to the whole bass, so no string has to stay awake for it. `mix.mix_strings` and `Engine` add it to the lowest
 string's signal, so the strings' signals add up to the mix. It opens with the first frame in which a string is louder
@@ -16,8 +18,8 @@ EVEN / k if it is even: an estimate. [audio thread]
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.bass.records import bass_at
-from livebass.kernels.machine.elementary import chance, cos, sin
+from livebass.kernels.bass.records import SHELVES, bass_at
+from livebass.kernels.machine.elementary import chance, cos, exp, sin
 from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
 from livebass.kernels.string.records import CUT, DOUBLE, EVENT, GAIN
@@ -52,6 +54,8 @@ def make_floor(f, player, note, rate, gain_pole, seed):
     f.gain_pole = gain_pole
     f.closes = NEVER
     tune_band(f.band, LOWEST, player.floor_cutoff if player.floor_cutoff >= LOWEST else DULL, rate)
+    for k in range(SHELVES):
+        f.flicker[k].pole = 1.0 - exp(-np.pi * player.floor_corner / 4**k / rate)
 
 
 @jit
@@ -94,7 +98,12 @@ def next_of_floor(f):
         f.gain = f.gain_wanted
         return 0.0
     f.gain += f.gain_pole * (f.gain_wanted - f.gain)
-    x = f.level * f.gain * next_of_band(f.band, chance(f.seed, APART + f.heard))
+    x = next_of_band(f.band, chance(f.seed, APART + f.heard))
+    for k in range(SHELVES):
+        shelf = f.flicker[k]
+        shelf.low_pass += shelf.pole * (x - shelf.low_pass)
+        x += shelf.low_pass
+    x *= f.level * f.gain
     if f.hum > 0.0:
         x += f.hum * f.gain * hum_wave(f.mains * f.heard)
     f.heard += 1
@@ -104,6 +113,8 @@ def next_of_floor(f):
     if f.left == 0:
         f.heard = 0
         clear_band(f.band)
+        for k in range(SHELVES):
+            f.flicker[k].low_pass = 0.0
     return x
 
 

@@ -47,6 +47,9 @@ AHEAD = np.dtype(
     align=True,
 )
 
+SHELVES = 3  # of the floor's flicker
+SHELF = np.dtype([("pole", "f8"), ("low_pass", "f8")])  # part of the way per frame; memory
+
 # The noise of the electronics (floor.py)
 FLOOR = np.dtype(
     [
@@ -65,6 +68,7 @@ FLOOR = np.dtype(
         ("gain_wanted", "f8"),  # ... its target ...
         ("gain_pole", "f8"),  # ... and part of the way to it per frame
         ("band", BAND),
+        ("flicker", SHELF, (SHELVES,)),
     ],
     align=True,
 )

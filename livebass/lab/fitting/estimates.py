@@ -40,7 +40,8 @@ STEPS = 40  # of least squares
 LOSSES = ("thermoelastic", "relaxation", "viscoelastic_angle", "stop_conductance")
 FLOORS = (-90.0, -30.0)  # dB
 CUTOFF, WIDTH = 20e3, 18e3  # Hz, of the floor; the width of white noise that is as loud
-LEVEL = (500.0, 16e3)  # Hz, where every floor is level
+LEVEL = (2e3, 16e3)  # Hz, where every floor is level, or nearly so
+FLICKERS, HIGHEST_CORNER = (200.0, 500.0), 5e3  # Hz, where it rises
 KNOCKS = (-20.0, 20.0)  # dB
 QUIETER = 40.0  # dB: what precedes a note by so much is the floor
 LEAD = 0.02  # s of it, at least
@@ -157,7 +158,7 @@ def _t60(bass: Instrument, string: int, fret: int, given: dict[str, float]) -> F
 
 
 def floor(recorded: Recorded, problem: Problem) -> float | None:
-    """The noise of the electronics over a medium note, dB; None if nothing tells it.
+    """The white noise of the electronics over a medium note, dB; None if nothing tells it.
 
     A recorded silence tells it, or what precedes the notes, or else the hiss of the softest notes.
     """
@@ -175,8 +176,22 @@ def floor(recorded: Recorded, problem: Problem) -> float | None:
     return min(max(found, FLOORS[0]), FLOORS[1])
 
 
+def corner(recorded: Recorded, bass: Instrument) -> float | None:
+    """The corner of the floor's flicker, Hz, by recorded silences; None if nothing tells it."""
+    if not recorded.quiet or bass.output.kind != "pickups":
+        return None
+    found = []
+    for n in recorded.quiet:
+        nu, power = density(n.sound, n.rate)
+        low, high = ((nu > band[0]) & (nu < min(band[1], 0.45 * n.rate)) for band in (FLICKERS, LEVEL))
+        over = typical(power[low]) / max(typical(power[high]), 1e-30)
+        slope = float(np.mean(1 / nu[low])) - over * float(np.mean(1 / nu[high]))  # over: 1 + corner / nu, low to high
+        found.append((over - 1) / slope if slope > 0 else HIGHEST_CORNER)
+    return min(max(float(np.median(found)), 0.0), HIGHEST_CORNER)
+
+
 def floor_keys(level: float) -> dict[str, str]:
-    """The keys of a level floor of so many dB."""
+    """The keys of a floor whose white part has so many dB."""
     return {"floor_noise": f"{level:.1f} dB", "floor_cutoff": f"{CUTOFF / 1e3:g} kHz"}
 
 

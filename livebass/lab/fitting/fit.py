@@ -254,6 +254,8 @@ def _estimates(
         doubts.append("nothing tells the noise of the electronics: as in the base preset")
     else:
         own.setdefault("player", {}).update(estimates.floor_keys(floor))
+    if (corner := estimates.corner(recorded, bass)) is not None:
+        own.setdefault("player", {})["floor_corner"] = f"{corner:.0f} Hz"
     if knock is not None:
         own.setdefault("player", {})["release_noise"] = f"{knock:.1f} dB"
     if hum := estimates.hum(recorded, bass):

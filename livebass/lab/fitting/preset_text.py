@@ -100,7 +100,9 @@ def fitted_preset(fitted: Fitted, path: str | os.PathLike[str], remark: str = "l
     numbers = zip(problem.free, best.scaled, best.deviations, strict=True)
     comments = {(f.home, f.key): shown_deviation(f, u, sd) for f, u, sd in numbers if f.section != STEP}
     comments |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
-    comments |= {("player", key): "measured" for key in ("floor_noise", "release_noise", "hum", "mains")}
+    comments |= {
+        ("player", key): "measured" for key in ("floor_noise", "floor_corner", "release_noise", "hum", "mains")
+    }
     comments |= {("player", "softest"): "by the force of the softest notes"}
     head = [
         f"Made by livebass {__version__}: {remark}",

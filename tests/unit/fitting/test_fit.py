@@ -114,7 +114,19 @@ def test_noise_is_read_off_a_silence_or_what_precedes_the_notes(problem: Problem
     silent = record({PLACES[0]: note}, quiet=(Note("", noise(1.0, -53.0 + band), DEFAULT_RATE, 0.0),))
     assert estimates.floor(silent, problem) == pytest.approx(-50, abs=0.3)
     led = replace(note, sound=np.concatenate([noise(0.1, -63.0 + band), tone]))
-    assert estimates.floor(record({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
+    assert estimates.floor(record({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.8)
+
+
+@pytest.mark.parametrize("wanted", [0.0, 500.0, 3000.0])
+def test_the_corner_of_flicker_noise_is_read_off_a_silence(problem: Problem, wanted: float) -> None:
+    rng = np.random.default_rng(3)
+    nu = np.fft.rfftfreq(4 * DEFAULT_RATE, 1 / DEFAULT_RATE)
+    rise = np.sqrt(1 + wanted / np.maximum(nu, 20.0))
+    noise = np.fft.irfft(np.fft.rfft(1e-3 * rng.standard_normal(4 * DEFAULT_RATE)) * rise)
+    tone = Note("", np.sin(2 * math.pi * 110 * np.arange(DEFAULT_RATE) / DEFAULT_RATE), DEFAULT_RATE, 110.0)
+    silent = record({PLACES[0]: tone}, quiet=(Note("", noise, DEFAULT_RATE, 0.0),))
+    assert estimates.corner(silent, problem.bass) == pytest.approx(wanted, rel=0.15, abs=40)
+    assert estimates.corner(record({PLACES[0]: tone}), problem.bass) is None
 
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])

@@ -320,6 +320,7 @@ release_spread = 0.5
 fretting_noise = 1
 floor_noise = "-65 dB"
 floor_cutoff = "2 kHz"
+floor_corner = "500 Hz"
 squeak = "-6 dB"
 answering = "always"
 bend_range = 2

@@ -510,9 +510,10 @@ def floor_of(
 @pytest.mark.parametrize("preset", PLUCKED)
 def test_the_floor_is_as_far_under_a_medium_note_as_it_says(preset: str) -> None:
     medium = note(64, preset)[round(0.1 * RATE) : round(0.4 * RATE)]
-    noise = floor_of([(0, 0x90, 38, 64)], 2.0, preset=preset, floor_cutoff=3e3)[RATE // 2 :]
+    white: dict[str, Any] = {"preset": preset, "floor_cutoff": 3e3, "floor_corner": 0.0}
+    noise = floor_of([(0, 0x90, 38, 64)], 2.0, **white)[RATE // 2 :]
     assert abs(db(rms(noise) / rms(medium)) + 65.0) < 4.5
-    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0, preset=preset, floor_cutoff=3e3)[RATE // 2 :]
+    louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0, **white)[RATE // 2 :]
     assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
     assert parts[0] > 0.5 and parts[1] < 0.3
@@ -533,6 +534,18 @@ def test_the_floor_of_a_preamplifier_is_level_at_every_rate(rate: int) -> None:
     assert max(level) - min(level) < 5.0
     assert level[2] == pytest.approx(db(rms(note(64)[RATE // 10 : 2 * RATE // 5])) - 65.0 - 10 * np.log10(18), abs=2.0)
     assert density(dull, rate, 8e3) < density(dull, rate, 500.0) - 12.0
+
+
+@pytest.mark.parametrize("rate", [44_100, 96_000])
+@pytest.mark.parametrize("corner", [300.0, 1500.0, 5000.0])
+def test_flicker_noise_is_louder_below_its_corner(rate: int, corner: float) -> None:
+    """By 1 + corner / frequency, within 1 dB and what chance adds to half an octave of noise."""
+    flat, rising = (
+        floor_of([(0, 0x90, 38, 64)], 4.0, rate, floor_cutoff=20e3, floor_corner=c)[rate // 2 :] for c in (0.0, corner)
+    )
+    for middle in (125.0, 250.0, 500.0, 1e3, 2e3, 4e3, 8e3, 16e3):
+        louder = density(rising, rate, middle) - density(flat, rate, middle)
+        assert louder == pytest.approx(10 * np.log10(1 + corner / middle), abs=1.2), middle
 
 
 def test_the_tone_pot_filters_the_strings_and_not_the_floor() -> None:
