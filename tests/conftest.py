@@ -58,10 +58,9 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Marks a test by its folder, and tells pytest-xdist which tests one worker takes together."""
+    """Marks a test by its folder."""
     for mark in kinds.marks(item.nodeid):
         item.add_marker(mark)
-    item.add_marker(pytest.mark.xdist_group(kinds.group(item.nodeid)))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -70,12 +69,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         items.sort(key=lambda item: kinds.turn(item.nodeid))
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Names a test as a command line does, without the group that pytest-xdist appends."""
-    report = yield
-    report.nodeid = item.nodeid.removesuffix(f"@{kinds.group(item.nodeid)}")
-    return report
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Tells which tests one worker takes together: marks of groups are lost with pytest 9.2."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Groups(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return kinds.group(nodeid)
+
+    return Groups(config, log)
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist

@@ -10,7 +10,7 @@ import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,6 @@ from livebass.rows.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
-    from livebass.model.rest import Choked
 
 DEFAULT_WIDTH, MIN_WIDTH = 80, 20  # columns: of tables without a terminal; of a very narrow one
 INDENT = "  "  # of continuation lines
@@ -53,32 +52,28 @@ def wrap_row(head: str, text: str) -> str:
     )  # fmt: skip
 
 
-def fretting_out(notes: Sequence[Choked]) -> str:
-    """Names the notes that fret out, by the fret that they lie on; empty if there are none."""
-    if not notes:
-        return ""
-    from livebass.report.text import runs  # imports csv, which a render does not need
+def fretting_out(bass: Instrument) -> str:
+    """Names the notes of `bass` that fret out, by the fret or place that they lie on; empty if there are none."""
+    from livebass.model.rest import choked
 
-    by_crown: dict[int, dict[str, list[int]]] = {}
-    for note in notes:
-        by_crown.setdefault(note.on, {}).setdefault(note.string, []).append(note.fret)
+    necks = {string.name: neck for string, neck in zip(bass.strings, bass.necks, strict=True)}
+    by_crown: dict[str, dict[str, list[int]]] = {}
+    for note in choked(bass):
+        by_crown.setdefault(necks[note.string].fret_text(note.on), {}).setdefault(note.string, []).append(note.fret)
+    if not by_crown:
+        return ""
     parts = []
     for on, strings in by_crown.items():
-        named = (
-            f"{string} at fret{'s' * (len(frets) > 1)} "
-            + ", ".join(f"{one[0]} to {one[-1]}" if len(one) > 1 else f"{one[0]}" for one in runs(frets))
-            for string, frets in strings.items()
-        )
-        parts.append(f"on fret {on} lies {'; '.join(named)}")
-    return f"notes fret out, and sound as the higher fret that the string lies on at rest: {', '.join(parts)}"
+        named = (f"{string} at {necks[string].fret_text(*frets, board='')}" for string, frets in strings.items())
+        parts.append(f"on {on} lies {'; '.join(named)}")
+    higher = "place nearer the bridge" if bass.necks[0].fretless else "higher fret"
+    return f"notes fret out, and sound as the {higher} that the string lies on at rest: {', '.join(parts)}"
 
 
 def say_choked(basses: Iterable[Instrument]) -> None:
     """Says which notes of `basses` fret out, a line for each bass."""
-    from livebass.model.rest import choked
-
     for bass in {id(bass): bass for bass in basses}.values():
-        if line := fretting_out(choked(bass)):
+        if line := fretting_out(bass):
             say(f"{bass.name}: {line}")
 
 

@@ -36,7 +36,7 @@ def list_(sounds: bool, revisions: bool) -> None:
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
     from livebass.preset.revisions import revision_table
-    from livebass.preset.sounds import sound_names
+    from livebass.preset.sounds import sound_description, sound_names
 
     if sounds and revisions:
         raise click.UsageError("give one of --sounds and --revisions: sounds have none")
@@ -45,7 +45,7 @@ def list_(sounds: bool, revisions: bool) -> None:
         return
     if sounds:
         for name in sound_names():
-            click.echo(wrap_row(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))
+            click.echo(wrap_row(f"{name:{max(map(len, sound_names())) + 2}}", sound_description(name)))
         return
     names = preset_names() + laboratory_names()
     chosen = {name: " ".join(str(n) for n, preset in PROGRAMS.items() if preset == name) for name in names}
@@ -78,7 +78,6 @@ def check(file: str) -> None:
     says why; notes that fret out, as the string lies on a higher fret at rest; and wolves, notes that the neck keeps
     from their pitch.
     """
-    from livebass.model.rest import choked
     from livebass.preset.checks import wolves
     from livebass.preset.idle import idle_keys
     from livebass.preset.load import load_preset, preset_tables, renamed_keys
@@ -92,10 +91,11 @@ def check(file: str) -> None:
         click.echo(one_line(response.remark))
     for line in renamed_keys(file):
         click.echo(one_line(f"{file}: {line}"))
-    if line := fretting_out(choked(bass)):
+    if line := fretting_out(bass):
         click.echo(one_line(f"{file}: {line}"))
+    necks = {string.name: neck for string, neck in zip(bass.strings, bass.necks, strict=True)}
     if notes := [
-        f"{string} at fret {fret} ({abs(off):.0f} cents {'sharp' if off > 0 else 'flat'})"
+        f"{string} at {necks[string].fret_text(fret, board='')} ({abs(off):.0f} cents {'sharp' if off > 0 else 'flat'})"
         for string, fret, off in wolves(bass)
     ]:
         why = "the neck resonates at the fundamental and splits it into two lines, none of them at the pitch"

@@ -242,9 +242,13 @@ def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callab
 
 
 def _title(settings: Settings) -> str:
+    from livebass.preset.load import load_preset
+
+    bass = load_preset(settings.preset)
+    place = bass.necks[bass.string_index(settings.string)].fret_text(settings.fret, board="at")
     return (
-        f"{Path(settings.preset).stem}, string {settings.string} fret {settings.fret}, {settings.apex * 1e3:g} mm "
-        f"at {settings.at * 1e3:g} mm, {settings.duration:g} s, unless varied"
+        f"{Path(settings.preset).stem}, string {settings.string} {place if settings.fret else 'open'}, "
+        f"{settings.apex * 1e3:g} mm at {settings.at * 1e3:g} mm, {settings.duration:g} s, unless varied"
     )
 
 

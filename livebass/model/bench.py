@@ -43,6 +43,7 @@ class Bench:
     record: NDArray[np.void]  # (1,)
     numbers: Floats
     names: tuple[str, ...]  # of the strings
+    necks: tuple[Neck, ...]  # before a change: their frets stay where they are
 
     def notes(self) -> Notes:
         """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
@@ -59,7 +60,7 @@ class Bench:
         bench["lists"] = listed.ctypes.data
         state = int(fill_bench(bench.ctypes.data))
         if state != MADE:
-            raise ValueError(stands_above(bench[0], state, self.names))
+            raise ValueError(stands_above(bench[0], state, self.names, self.necks))
         return made, modes, listed[: int(bench["used"][0])]
 
 
@@ -93,7 +94,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
     to["capacitance"], to["a4"] = output.coil.capacitance, instrument.a4
     for name in OF_PLAYER:
         to[name] = getattr(instrument.player, name)
-    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
+    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings), instrument.necks)
 
 
 def change_bass(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
@@ -164,10 +165,11 @@ def _output(output: Output, to: np.void) -> Output:
     return replace(output, pickups=pickups, coil=replace(output.coil, capacitance=float(to["capacitance"])))
 
 
-def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
+def stands_above(bench: np.void, state: int, names: Sequence[str], necks: Sequence[Neck]) -> str:
     """Names the crown or board above a string at rest, from the `state` that `fill_bench` returned."""
-    name, stop = names[bench["fault_string"]], bench["fault_fret"]
+    name, neck, stop = names[bench["fault_string"]], necks[bench["fault_string"]], int(bench["fault_fret"])
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:
-        return f"fret {bench['fault_place']:.0f} {above}"
-    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {f'fret {stop}' if stop else 'the nut'}"
+        return f"{neck.fret_text(round(bench['fault_place']))} {above}"
+    stopped = neck.fret_text(stop, board="the stop") if stop else "the nut"
+    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {stopped}"

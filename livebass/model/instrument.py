@@ -82,6 +82,21 @@ class Neck(NeckNumbers):
     fretless: bool = False  # the fret positions only mark where notes are stopped
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from its stopped string; 0: none
 
+    def fret_text(self, *frets: int, board: str = "the board") -> str:
+        """Names frets, as "fret 9" or "frets 5 to 8, 12"; without frets, the places that they stand for.
+
+        These are "the board 412 mm from the nut", or from the capo; `board`: the words before the place.
+        """
+        from livebass.report.text import run_text  # imports csv, which playing does not need
+
+        if not self.fretless:
+            return f"fret{'s' * (len(frets) > 1)} {run_text(frets)}"
+        end = "the capo" if self.capo else "the nut"
+        return f"{board} {run_text(frets, self._place_text)} mm from {end}".lstrip()
+
+    def _place_text(self, fret: int) -> str:
+        return f"{self.fret_positions[fret - 1] * 1e3:.0f}" if fret else "0"
+
     @property
     def pressing(self) -> float:
         """The force that presses the string by 0.1 mm into a fret, N."""
@@ -307,12 +322,12 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """
     count = len(neck.fret_positions)
     if not 0 <= fret <= count:
-        raise ValueError(f"fret {fret}: this neck has frets 0 to {count}")
+        raise ValueError(f"fret {fret}: this neck has {'places' if neck.fretless else 'frets'} 0 to {count}")
     given, numbers = on_bench(string, neck)
     note, lists = SimpleNamespace(), [0.0] * (3 * len(numbers) + 2)
     stop, state, crown, height, behind = make_note(given, numbers, fret, note, lists, 0)
     if state != MADE:
-        raise ValueError(f"fret {crown} stands {height * 1e3:.2f} mm above string {string.name} at rest")
+        raise ValueError(f"{neck.fret_text(crown)} stands {height * 1e3:.2f} mm above string {string.name} at rest")
     surface = rows_of(lists, note.surface, note.surface_count)
     set_obstacles(given, numbers, stop, note, lists, behind)  # over a board, too
     obstacles = rows_of(lists, behind, note.obstacles_count)
@@ -332,7 +347,8 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         surface=surface,
         **law,
     )
-    return on_grid(s, s.grid_points) if neck.surface else s
+    stopped = neck.fret_text(s.stop, board="the stop") if s.stop else "the nut"
+    return on_grid(s, s.grid_points, stopped) if neck.surface else s
 
 
 @lru_cache(maxsize=256)
@@ -434,19 +450,19 @@ def _tuned_for(string: String, note: int) -> String:
     return tension_string(string, ratio) if ratio != 1.0 else string
 
 
-def on_grid(s: Speaking, points: int) -> Speaking:
+def on_grid(s: Speaking, points: int, stopped: str = "the stop") -> Speaking:
     """`s` over its board on a grid of `points` steps, with a contact point all along the board.
 
     Contact with a board needs one grid step more than modes: then Phi Phi^T is diagonal, and the force at each point
     has an equation of its own (eq. 12). A fret is its nearest grid point. Raises ValueError if the board stands above
-    the string at rest.
+    the string at rest; `stopped` names the string's stop there.
     """
     step = s.length / points
     place, height = surface_on_grid(s.surface, s.length, points)
     for x, h in zip(place.tolist(), height.tolist(), strict=True):
         if h > BOARD_ROUGH:
-            why = f"the board stands {h * 1e3:.2f} mm above string {s.string.name} at rest, {x * 1e3:.0f} mm from"
-            raise ValueError(f"{why} {f'fret {s.stop}' if s.stop else 'the nut'}")
+            where = f"{x * 1e3:.0f} mm from {stopped}"
+            raise ValueError(f"the board stands {h * 1e3:.2f} mm above string {s.string.name} at rest, {where}")
     frets = np.zeros(place.size, np.int64)
     for x, fret in zip(s.contact_position, s.contact_fret, strict=True):
         k = round((x - place[0]) / step) if fret and place.size else -1

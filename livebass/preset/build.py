@@ -175,7 +175,8 @@ class Builder:
         """The bass changed by the sliders of the table [bench]."""
         made = change_bass(bass, self.table("bench", raw, "bench"))
         for string, neck in zip(made.strings, made.necks, strict=True):
-            self.check_notes(string, neck, f"string[{string.name}]", "bench")
+            if not self.ships:
+                self.check_notes(string, neck, f"string[{string.name}]", "bench")
         return made
 
     def effects(self, raw: Any) -> Effects:
@@ -303,9 +304,9 @@ class Builder:
             raise self.error(f"player.{bent[0]}", f"{why} neck", given[bent[0]])
         _, neck = self.neck({k: v for k, v in merged.items() if k != "lift"}, "neck", values)
         if (high := max(neck.fret_heights)) > 0.0:
-            raise self.error(
-                f"player.{next(iter(given))}", f"a fret of this neck stands {checks.mm(high)} above the string"
-            )
+            obstacle = "the board" if neck.fretless else "a fret"
+            why = f"{obstacle} of this neck stands {checks.mm(high)} above the string"
+            raise self.error(f"player.{next(iter(given))}", why)
         return Neck(neck.fret_positions, neck.fret_heights, surface=neck.surface)
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
@@ -315,7 +316,8 @@ class Builder:
                 speaking(string, neck, fret)
             except ValueError as error:
                 counted = " (counted from the capo)" if neck.capo else ""
-                why = f"{error}{counted}; lower the frets or raise the action"
+                obstacle = "board" if neck.fretless else "frets"
+                why = f"{error}{counted}; lower the {obstacle} or raise the action"
                 raise self.error(f"{where}.neck", why) from None
         self.check_grid(string, neck, place)
         self.check_damping(string, neck, where, place)

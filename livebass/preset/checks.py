@@ -152,6 +152,7 @@ class Overdamped:
     """
 
     fret: int
+    where: str  # its words: "at fret 5", or the place on a board without frets
     mode: int
     detuned: bool  # shifted, not damped
     across: bool  # a mode of v, which has a law of its own
@@ -174,7 +175,7 @@ class Overdamped:
             shown = format_quantity(value, kind) if kind in DIMENSIONS else f"{value:.4g}"
             cure = f"allowed {'from' if heavier else 'up to'} {shown} with all else as it is"
         whose = " of the motion across" if self.across else ""
-        return f"{item}{verb} mode {self.mode}{whose} at fret {self.fret} {how_far}; {cure}"
+        return f"{item}{verb} mode {self.mode}{whose} {self.where} {how_far}; {cure}"
 
 
 def overdamped_mode(string: String, neck: Neck) -> Overdamped | None:
@@ -198,7 +199,7 @@ def overdamped_mode(string: String, neck: Neck) -> Overdamped | None:
                 high = middle
     value = _value(string, neck, key, item)
     allowed = (value / low if low else 0.0) if key == "resonance_masses" else low * value
-    return Overdamped(fret, j + 1, detuned, across, key, item, value, allowed)
+    return Overdamped(fret, f"at {neck.fret_text(fret, board='')}", j + 1, detuned, across, key, item, value, allowed)
 
 
 @lru_cache(maxsize=256)  # tuning and rebuilding a preset meets the same strings

@@ -25,6 +25,11 @@ def sound_title(name: str) -> str:
     return str(_sounds()[name]["name"])
 
 
+def sound_description(name: str) -> str:
+    """One sentence about a factory sound."""
+    return str(_sounds()[name]["description"])
+
+
 def sound_text(name: str) -> str:
     """A factory sound as the text of a preset."""
     sound = _sounds()[name]

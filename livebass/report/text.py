@@ -7,7 +7,7 @@ import io
 import json
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import zip_longest
 from typing import Any
 
@@ -38,6 +38,11 @@ def runs(numbers: Iterable[int]) -> list[list[int]]:
         else:
             found.append([number])
     return found
+
+
+def run_text(numbers: Iterable[int], text: Callable[[int], str] = str) -> str:
+    """Ascending numbers as runs, such as "5 to 8, 12"; `text` writes each."""
+    return ", ".join(text(run[0]) if len(run) == 1 else f"{text(run[0])} to {text(run[-1])}" for run in runs(numbers))
 
 
 def wrapped_columns(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:

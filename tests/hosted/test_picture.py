@@ -234,6 +234,48 @@ def test_a_note_that_frets_out_is_said_with_its_fret_and_lit_there(
     assert not (picture.pixels != silent.pixels)[12:34, 160:300].any(), "it is said once"
 
 
+def test_over_a_bare_board_it_has_the_place_and_a_glide_does_not_fret_out(picture: Picture, draw_look: Make) -> None:
+    """The string lies still on the place; a finger that glides over it moves."""
+    silent = draw_look(made_look(fretless=True))
+    for glides in (True, False):
+        picture.show(made_look(fretless=True))
+        picture.draw(seconds=15)
+        for k in range(3):
+            look = play(3, 9, [1e-4])
+            look["fretless"], look["latest"], look["notes"] = 1, 3, 1
+            place = look["place"][0, 20 - k * glides]
+            look["string"][0, 3]["sight"]["slot"][1]["length"] = LENGTH - place
+            picture.show(look)
+            picture.draw()
+        assert (picture.pixels != silent.pixels)[12:34, 160:300].any() == (not glides)
+
+
+def test_a_fret_has_a_name_and_a_bare_board_a_place() -> None:
+    for fretless, text in ((False, "fret 9"), (True, f"{1e3 * LENGTH * (1 - 2 ** (-9 / 12)):.0f} mm")):
+        look, room = made_look(fretless=fretless), c.create_string_buffer(16)
+        library().lb_fret_text(c.c_void_p(look.ctypes.data), 9, room, c.c_size_t(16))
+        assert room.value.decode() == text
+
+
+def test_frets_that_choke_the_lowest_string_stay_where_they_are(draw_look: Make) -> None:
+    """A look has the places where that string ends."""
+    right, look = draw_look(made_look()), made_look()
+    look["place"][0, 3:7], look["place"][0, 11:20] = look["place"][0, 7], look["place"][0, 20]
+    assert np.array_equal(draw_look(look).pixels, right.pixels)
+
+
+def test_so_the_fret_that_a_string_lies_on_is_the_right_one(draw_look: Make) -> None:
+    drawn = []
+    for chokes in (False, True):
+        look = play(3, 9, [1e-4])
+        look["latest"], look["notes"] = 3, 1
+        look["string"][0, 3]["sight"]["slot"][1]["length"] = LENGTH - look["place"][0, 20]
+        if chokes:
+            look["place"][0, 11:20] = look["place"][0, 20]
+        drawn.append(draw_look(look).pixels)
+    assert np.array_equal(*drawn)
+
+
 def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
     picture.draw()
     rest = bright(picture.pixels)

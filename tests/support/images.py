@@ -5,12 +5,17 @@ from __future__ import annotations
 from functools import cached_property, lru_cache
 from typing import Any
 
+import numpy as np
+
 from livebass.engine import engine
-from livebass.engine.image import Image, Pool, image
+from livebass.engine.image import Bass, Image, Pool, image, zeroed_lines
 
 
 class Kept(Image):
-    """An image that computes the operators of a tier and a rate once. Nothing that plays changes them."""
+    """An image that computes the operators of a tier and a rate once. Nothing that plays changes them.
+
+    A silent bass is filled twice, then copied. Its own addresses, which differ between the two, move with the copy.
+    """
 
     @cached_property
     def pools(self) -> dict[tuple[int, int], Pool]:
@@ -21,6 +26,37 @@ class Kept(Image):
             self.pools[tier, rate] = super().pool(tier, rate)
             self.pools[tier, rate].memory.flags.writeable = False
         return self.pools[tier, rate]
+
+    @cached_property
+    def silent(self) -> dict[Any, Silent | None]:
+        return {}
+
+    def bass(self, *requested: Any, **more: Any) -> Bass:
+        _, _, _, pools, *_ = requested
+        key = *requested[:3], *map(id, pools), *requested[4:], *more.items()
+        if key not in self.silent or not {*map(id, pools)} <= {*map(id, self.pools.values())}:
+            self.silent[key] = None
+            return super().bass(*requested, **more)
+        if not (kept := self.silent[key]):
+            self.silent[key] = kept = Silent(*[super(Kept, self).bass(*requested, **more) for _ in range(2)])
+        return kept.copy()
+
+
+class Silent:
+    """A bass that has not played, by what is not zero in two of it."""
+
+    def __init__(self, one: Bass, other: Bass):
+        words = one.memory.view(np.int64)
+        self.size, self.places = len(words), np.flatnonzero(words)
+        self.words, self.address = words[self.places], one.address
+        apart = words - other.memory.view(np.int64)
+        self.own = apart[self.places] != 0
+        assert np.count_nonzero(apart) == self.own.sum() and set(apart[apart != 0]) == {one.address - other.address}
+
+    def copy(self) -> Bass:
+        made = Bass(zeroed_lines(self.size))
+        made.memory.view(np.int64)[self.places] = self.words + self.own * (made.address - self.address)
+        return made
 
 
 @lru_cache(maxsize=12)

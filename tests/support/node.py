@@ -61,7 +61,7 @@ globalThis.changed = (name, values) => {
   const bench = benches.get(name), file = Uint8Array.from(Buffer.from(files[name], "base64")).buffer;
   bench.slots = {A: {}, B: {}};
   bench.setAll(values);
-  return ask({change: bench.moved(), file, names: bench.bass.strings.map(string => string.name)});
+  return ask({change: bench.moved(), file, neck: bench.bass});
 };
 globalThis.fileOf = (name, values) => changed(name, values).file;
 globalThis.build = (name, values, rate) => {

@@ -6,6 +6,7 @@ presets load the shipped ones; so do tests of what every player hears, by names 
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,4 +25,12 @@ def load_preset(name: str | Path, **tuned: Any) -> Instrument:
     if isinstance(name, str) and name.endswith(AS_SHIPPED):
         return livebass.load_preset(name.removesuffix(AS_SHIPPED), **tuned)
     own = FOLDER / f"{name}.toml"
-    return livebass.load_preset(own if own.exists() else name, **tuned)
+    if not own.exists():
+        return livebass.load_preset(name, **tuned)
+    return livebass.load_preset(own, **tuned) if tuned else _made(own)
+
+
+@cache
+def _made(file: Path) -> Instrument:
+    """The bass of a file, checked and made once."""
+    return livebass.load_preset(file)

@@ -118,6 +118,6 @@ def event(kind: int, fret: int = 0, **values: float) -> np.ndarray:
 
 def single_frames(first: int, last: int) -> np.ndarray:
     """Events that change nothing, one in each frame from `first` to before `last`: none moves together with others."""
-    made = np.concatenate([event(GAIN, value=1.0)] * (last - first))
+    made = np.repeat(event(GAIN, value=1.0), last - first)
     made["frame"] = np.arange(first, last)
     return made

@@ -7,6 +7,7 @@ import json
 import random
 import struct
 from collections.abc import Iterable
+from functools import cache
 from typing import Any, NamedTuple
 
 from livebass.score.smf import SmfError, parse_smf
@@ -102,6 +103,7 @@ class Made(NamedTuple):
     tracks: list[list[Row]]  # their messages
 
 
+@cache  # several tests read the same files
 def make(seed: int) -> Made:
     """A file whose chunks are right, with what real files have."""
     rng = random.Random(f"made {seed}")
@@ -149,6 +151,7 @@ def damage(data: bytearray, rng: random.Random) -> None:
     data[where] = what
 
 
+@cache
 def damaged(seed: int) -> bytes:
     """A made-up file with one to four faults."""
     rng = random.Random(f"damaged {seed}")

@@ -11,7 +11,7 @@ type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
 type Inputs = ControlName | "pull-place" | "pull-apex" | "pull-angle" | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
-type Others = "one-bar" | "one-row" | "maps" | "map-neck" | "map-text" | "map-hint" | `bench-${string}` | "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
+type Others = "string" | "one-bar" | "one-row" | "maps" | "map-neck" | "map-text" | "map-hint" | `bench-${string}` | "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "tab" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "transport" | "song-text" | "bench"
   | "bench-count" | "stories" | "real" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"

@@ -334,7 +334,9 @@ def waveform_error(sounds: Floats, others: Floats) -> Floats:
 
 
 def _note_label(preset: str, string: str, fret: int, velocity: int) -> str:
-    return f"{preset} {string} fret {fret}, velocity {velocity}"
+    bass = load_preset(preset)
+    place = bass.necks[bass.string_index(string)].fret_text(fret, board="at") if fret else "open"
+    return f"{preset} {string} {place}, velocity {velocity}"
 
 
 def _summary(rows: list[Row]) -> Row:

@@ -69,6 +69,12 @@ class FretMap:
     velocity: int
     duration: float  #: s
     strings: tuple[tuple[Cell, ...], ...]  #: from the lowest, each from its open note up
+    fretless: bool = False  #: a cell's `fret` is a place on a bare board, so many semitones up
+
+    @property
+    def steps(self) -> str:
+        """What its rows or columns are."""
+        return "semitone" if self.fretless else "fret"
 
     def values(self, quantity: str) -> Floats:
         """A quantity of every cell, such as "contacts": (strings, frets + 1)."""
@@ -93,7 +99,8 @@ class Note:
     @property
     def name(self) -> str:
         """For messages."""
-        return f"{self.bass.name}: string {self.bass.strings[self.string].name} fret {self.fret}"
+        place = self.bass.necks[self.string].fret_text(self.fret, board="at") if self.fret else "open"
+        return f"{self.bass.name}: string {self.bass.strings[self.string].name} {place}"
 
     @property
     def work(self) -> Note:
@@ -200,8 +207,14 @@ def fret_maps(
         rows.setdefault(id(note.bass), {}).setdefault(note.string, []).append(found[note.digest])
     first = {id(note.bass): note for note in notes}
     return [
-        FretMap(first[of].bass.name, first[of].velocity, first[of].duration, tuple(map(tuple, strings.values())))
-        for of, strings in rows.items()
+        FretMap(
+            note.bass.name,
+            note.velocity,
+            note.duration,
+            tuple(map(tuple, rows[of].values())),
+            all(neck.fretless for neck in note.bass.necks),
+        )
+        for of, note in first.items()
     ]
 
 
@@ -244,7 +257,7 @@ def table(maps: Sequence[FretMap]) -> str:
         for name, one in zip(names, maps, strict=False)
     ]
     beside = [name[:1] for name, one in zip(names, maps, strict=False) for _ in one.strings]
-    head = ["fret", *(f"{row[0].string} {which}".strip() for row, which in zip(cells, beside, strict=True))]
+    head = [maps[0].steps, *(f"{row[0].string} {which}".strip() for row, which in zip(cells, beside, strict=True))]
     lines = [
         [f"{fret or 'open'}", *(_text(row[fret]) if fret < len(row) else "" for row in cells)]
         for fret in range(max(map(len, cells)))
@@ -281,7 +294,7 @@ def picture(maps: Sequence[FretMap], kind: str = "png") -> bytes:
             mesh = _draw(panel, one, scale * one.values(quantity), most)
             panel.set_title(shown_text(f"{one.name}: {title.format(one.duration)}"), fontsize="small")
         drawn.colorbar(mesh, ax=list(panels))
-    why = f"velocity {maps[0].velocity}; dark: the note frets out, and lies on the fret named"
+    why = f"velocity {maps[0].velocity}; dark: the note frets out, and lies on the {maps[0].steps} named"
     drawn.suptitle(shown_text(why), fontsize="small")
     return image(drawn, kind)
 
@@ -291,7 +304,7 @@ def _draw(panel: Any, one: FretMap, shown: Floats, most: float) -> Any:
     from matplotlib.patches import Rectangle
 
     mesh = panel.imshow(shown, cmap="YlOrRd", vmin=0, vmax=most, aspect="auto", origin="lower")
-    panel.set(xlabel="fret", xticks=range(shown.shape[1]))
+    panel.set(xlabel=one.steps, xticks=range(shown.shape[1]))
     panel.set_yticks(range(len(one.strings)), [row[0].string for row in one.strings])
     for y, row in enumerate(one.strings):
         for x, cell in enumerate(row):

@@ -20,6 +20,7 @@ class Step:
 
     string: str  # name
     fret: int
+    place: str  # the fret in words
     key: int  # MIDI
     force: str
     take: int  # from 1
@@ -38,14 +39,13 @@ class Step:
     @property
     def title(self) -> str:
         """The note in words."""
-        place = "open" if self.fret == 0 else f"fret {self.fret}"
-        return f"{self.string} string, {place} ({note_name(self.key)}), {self.force}, take {self.take}"
+        return f"{self.string} string, {self.place} ({note_name(self.key)}), {self.force}, take {self.take}"
 
 
 def steps(bass: Instrument) -> list[Step]:
     """The notes to play on a bass, from the lowest string: each fret soft, medium and hard, twice each."""
     return [
-        Step(s.name, fret, s.open_note + fret, force, take)
+        Step(s.name, fret, neck.fret_text(fret, board="at") if fret else "open", s.open_note + fret, force, take)
         for s, neck in zip(bass.strings, bass.necks, strict=True)
         for fret in FRETS
         if fret <= len(neck.fret_positions)
@@ -59,8 +59,7 @@ def guide_text(bass: Instrument) -> str:
     all_steps = steps(bass)
     rows = []
     for s in bass.strings:
-        frets = list(dict.fromkeys(step.fret for step in all_steps if step.string == s.name))
-        names = ", ".join("open" if f == 0 else f"fret {f}" for f in frets)
+        names = ", ".join(dict.fromkeys(step.place for step in all_steps if step.string == s.name))
         rows.append(f"  {s.name} string ({note_name(s.open_note)}): {names}; soft, medium, hard, twice each")
     minutes = round(len(all_steps) * (SECONDS + 1) / 60)
     example = all_steps[1].file

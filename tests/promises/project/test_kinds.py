@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import tomllib
+from types import SimpleNamespace
 
 import pytest
 from support import kinds
 from support.places import ROOT, TESTS
+from xdist.remote import Producer
 
 FILES = [f"{file.relative_to(ROOT).as_posix()}::test_it" for file in sorted(TESTS.rglob("test_*.py"))]
 REALS = {file for file in FILES if file.startswith("tests/real/")}
@@ -33,3 +35,9 @@ def test_two_workers_at_most_have_real_tests_and_begin_with_them() -> None:
     assert sum(group.startswith("tests/real/") for group in groups) == 2
     assert len({kinds.group(file) for file in REALS if "/jack/" in file}) == 1
     assert len(groups) == 2 + len(FILES) - len(REALS)
+
+
+def test_pytest_xdist_takes_these_groups(request: pytest.FixtureRequest) -> None:
+    one_worker = SimpleNamespace(getvalue={"tx": ["popen"], "dist": "load"}.get)
+    scheduler = request.config.hook.pytest_xdist_make_scheduler(config=one_worker, log=Producer("test"))
+    assert {scheduler._split_scope(f"{file}[a::b@c]") for file in FILES} == {kinds.group(file) for file in FILES}

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from support.places import ROOT
 from support.programs import load
 
@@ -96,6 +97,7 @@ def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
     ], ran.stderr  # fmt: skip
 
 
+@pytest.mark.slow  # compiles three times
 def test_a_kernel_that_numba_keeps_on_disk_takes_the_mutant_of_the_process_that_loads_it(tmp_path: Path) -> None:
     tool, tree = load("mutate"), tmp_path / "tree"
     tool.copy_of_the_tree(tree, {})

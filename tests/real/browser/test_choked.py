@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,24 +16,33 @@ AT_REST = "return !building.now && !building.wanted && !player.next"
 LOWEST_STRING = -1e3 * load_preset("jazz-finger").necks[0].fret_heights[11]  # mm of action
 # Presses the G string at fret 9; keeps what flashes
 PRESS = """
+const [fret] = arguments;
 window.flashed = new Set();
 const light = see.light.bind(see);
 see.light = (hit, ...more) => { flashed.add(`${hit.string} ${hit.fret}`); light(hit, ...more); };
-const cell = document.querySelector("button[data-string='3'][data-fret='9']");
+const cell = document.querySelector(`button[data-string='3'][data-fret='${fret}']`);
 press("test", +cell.dataset.note, 20, performance.now(), cell);
 """
 # The height (m) at which the drawn string begins, and that of the crown of fret 20
 DRAWN = """
+const [pressed, on] = arguments;
 let begins;
-see.eachString(({string, fret, u}) => { if (string === 3 && fret === 9) [begins] = u; });
-return [begins, chosenBass().strings[3].heights[19]];
+see.eachString(({string, fret, u}) => { if (string === 3 && fret === pressed) [begins] = u; });
+return [begins, chosenBass().strings[3].heights[on - 1]];
 """
+
+# All that the page says, to eyes and ears
+SAID = """
+const said = [...document.querySelectorAll("*")].flatMap(e => [e.ariaLabel, e.title]);
+return [document.body.innerText, ...said.filter(Boolean)].join("\\n");
+"""
+NAMED = re.compile(r".*\bfrets? \d.*", re.IGNORECASE)
 
 
 @pytest.fixture  # anew for each test: a string that still rings from another's notes repeats none
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    folder = tmp_path_factory.mktemp("choked")
-    file = export_page({"jazz-finger": load_preset("jazz-finger")}, folder / "page", single=True)
+def page(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    folder, name = tmp_path_factory.mktemp("choked"), getattr(request, "param", "jazz-finger")
+    file = export_page({name: load_preset(name)}, folder / "page", single=True)
     with chromium(folder / "profile", loggingPrefs={"browser": "ALL"}) as driver:
         open_page(driver, file.as_uri())
         start_sound(driver)
@@ -46,11 +56,11 @@ def test_the_line_says_that_a_note_frets_out_and_on_which_fret(page: Any, action
     assert page.execute_script("return $('bench-action').parentElement.querySelector('output').textContent") == (
         f"{action:.2f} mm"
     )
-    page.execute_script(PRESS)
+    page.execute_script(PRESS, 9)
     says = "G string, fret 9 frets out: it lies on fret 20. Raise the action to free it."
     wait(lambda: page.execute_script("return $('seen').textContent") == says)
     assert "3 20" in page.execute_script("return [...flashed]")
-    begins, crown = page.execute_script(DRAWN)
+    begins, crown = page.execute_script(DRAWN, 9, 20)
     assert begins == pytest.approx(crown, abs=5e-6)
     page.execute_script("release('test', performance.now())")
     page.execute_script("onBench(() => bench().reset())")
@@ -58,8 +68,34 @@ def test_the_line_says_that_a_note_frets_out_and_on_which_fret(page: Any, action
     page.execute_script("playSame()")
     same = "it lies on fret 20 before, 0 contacts now."
     wait(lambda: page.execute_script("return $('seen').textContent").endswith(same))
-    page.execute_script(PRESS)
+    page.execute_script(PRESS, 9)
     wait(
         lambda: page.execute_script("return $('seen').textContent").startswith("G string, fret 9: it touches nothing.")
     )
     page.execute_script("release('test', performance.now())")
+
+
+@pytest.mark.parametrize("page", ["fretless"], indirect=True)
+def test_over_a_bare_board_it_says_the_place(page: Any) -> None:
+    bare = load_preset("fretless").necks[3]
+    pressed, place = (bare.fret_text(fret, board="at") for fret in (15, 20))
+    page.execute_script("onBench(() => bench().setAll({action: -1.15}))")
+    wait(lambda: page.execute_script(AT_REST))
+    page.execute_script("state.from = 8; showNeck()")
+    page.execute_script(PRESS, 15)
+    says = f"G string {pressed} frets out: it lies on {bare.fret_text(20)}"
+    wait(lambda: page.execute_script("return $('seen').textContent").startswith(says))
+    flashed = page.execute_script("return [...flashed].map(hit => hit.split(' ').map(Number))")
+    assert any(hit == [3, pytest.approx(bare.fret_positions[19], abs=1e-6)] for hit in flashed), (place, flashed)
+    begins, board = page.execute_script(DRAWN, 15, 20)
+    assert begins == pytest.approx(board, abs=5e-6)
+    page.execute_script("release('test', performance.now())")
+    label = "return document.querySelector(\"button[data-string='3'][data-fret='15']\").ariaLabel"
+    assert page.execute_script(label) == f"G string {pressed}, A♯3"
+    page.execute_script("PAGE.map.seconds = 0.02; $('map-fold').open = true; $('map-neck').click()")
+    wait(lambda: page.execute_script("return document.querySelectorAll('#maps td').length"))
+    titles = page.execute_script("return [...document.querySelectorAll('#maps td')].map(cell => cell.title)")
+    assert f"G string {pressed}: frets out, it lies on {bare.fret_text(20)}" in titles
+    assert not [
+        line for line in NAMED.findall("\n".join([page.execute_script(SAID), *titles])) if "gap under" not in line
+    ]

@@ -55,3 +55,33 @@ def test_a_second_press_stops_the_map(browser: Any, whole: str) -> None:
     ]
     assert len(map_neck(browser, 1)) == 1
     assert not errors(browser)
+
+
+# Maps with so many cores; returns the cells, the workers begun and those left
+WITH_CORES = """
+const [cores, done] = arguments, begun = [], left = new Set(), own = Worker;
+Object.defineProperty(navigator, "hardwareConcurrency", {value: cores, configurable: true});
+window.Worker = class extends own {
+  constructor(...how) { super(...how); begun.push(this); left.add(this); }
+  terminate() { left.delete(this); super.terminate(); }
+};
+$("map-neck").click();
+const wait = setInterval(() => {
+  if ($("map-neck").textContent !== "Map the neck") return;
+  clearInterval(wait);
+  window.Worker = own;
+  const cells = [...document.querySelector("#maps table").querySelectorAll("td")].map(cell => cell.textContent);
+  done([cells, begun.length, left.size]);
+}, 50);
+"""
+
+
+def test_it_is_the_same_map_by_one_worker_or_several(browser: Any, whole: str) -> None:
+    """They are of half the cores, and all end with the map, which costs the bench no time."""
+    open_page(browser, whole)
+    browser.execute_script("$('map-fold').open = true; PAGE.map.seconds = 0.05")
+    alone, *workers = browser.execute_async_script(WITH_CORES, 2)
+    assert workers == [1, 0] and any(cell.isdigit() for cell in alone)
+    assert browser.execute_async_script(WITH_CORES, 7) == [alone, 3, 0]
+    assert browser.execute_async_script(WITH_CORES, 64) == [alone, 4, 0]
+    assert not errors(browser)

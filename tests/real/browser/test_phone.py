@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from support.browser import COPIED, errors, open_page, resize, wait
 
-SIZES = [(360, 800), (390, 844), (844, 390)]
+SIZES = [(360, 800), (390, 844), (844, 390), (667, 375)]
 PARTS = "return ['neck', 'seen', 'side', 'one-bar', 'bench-action'].map(id => $(id).getBoundingClientRect().toJSON())"
 SLID = (
     "const [symbol, value] = arguments, slider = $(`bench-${symbol}`); slider.value = value;"
@@ -62,6 +62,17 @@ def test_share_is_in_sight_and_under_the_finger(browser: Any, whole: str) -> Non
             wait(lambda: browser.execute_script("return (window.copied || '').includes('like=jazz-finger')"))
             browser.execute_script("window.copied = ''; $('said').textContent = ''")
     assert browser.execute_script("return getComputedStyle($('send')).display") == "none"
+
+
+def test_a_riff_of_a_link_and_a_story_add_no_row(page: Any) -> None:
+    tops = "return ['neck', 'seen', 'side', 'one-bar'].map(id => Math.round($(id).getBoundingClientRect().top))"
+    before = page.execute_script(tops)
+    page.execute_script("$('riff').hidden = $('same').hidden = false")
+    assert page.execute_script(tops) == before
+    page.execute_script("$('riff').hidden = $('same').hidden = true; $('string').classList.add('told')")
+    page.execute_script("$('story').hidden = false; $('story-at').textContent = '1 / 6'")
+    assert page.execute_script(tops) == before
+    assert page.execute_script("return document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_the_slider_in_sight_is_chosen_or_the_one_moved_last(page: Any) -> None:

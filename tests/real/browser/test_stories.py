@@ -93,3 +93,23 @@ def test_a_dead_spot_dies_first(page: Any, whole: str) -> None:
         for sound, note in zip(sounds, (49, 48), strict=True)
     )
     assert dead > 2.2 * default > 4, (dead, default)
+
+
+def test_a_note_of_ones_own_in_a_story_stays_and_can_be_compared(page: Any, whole: str) -> None:
+    """What a step computes does not replace it; the step's own pluck needs no comparison."""
+    open_page(page, whole)
+    page.find_element("id", "story-buzz").click()
+    step(page, 1)
+    wait(lambda: page.execute_script("return player.playing"))
+    page.execute_script("$('story-next').click()")
+    wait(lambda: page.execute_script("return $('story-at').textContent") == "2 / 6")
+    page.execute_script("press('test', 31, 120, performance.now())")
+    wait(lambda: page.execute_script("return $('seen').textContent").startswith("E string, fret 3: "))
+    page.execute_script("release('test', performance.now())")
+    wait(lambda: page.execute_script("return kept.note !== undefined && !building.now && !building.wanted"))
+    assert page.execute_script("return [see.replay === undefined, $('story-at').textContent]") == [True, "2 / 6"]
+    page.execute_script("onBench(() => bench().setAll({action: -1}))")
+    wait(lambda: page.find_element("id", "same").is_displayed())
+    page.find_element("id", "story-next").click()
+    step(page, 3)
+    assert not page.find_element("id", "same").is_displayed()

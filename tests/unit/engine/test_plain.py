@@ -14,6 +14,7 @@ from support.strings import case_b, oblique
 from livebass.compiling import PLAIN
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
+from livebass.kernels.pickup import tone
 from livebass.model.quality import Quality
 
 RATE = 24000
@@ -38,6 +39,8 @@ def pluck() -> dict[str, list[float]]:
 
 def note() -> dict[str, list[float]]:
     """A played note, with its fingers, on a bass of one string and two frets."""
+    if PLAIN:
+        tone.BELOW, tone.ABOVE, tone.TONES = 1, 1, 3  # filters of the pot: its ends and the bass's own, which plays
     bass = without_noise("jazz-finger")
     neck = bass.necks[-1]
     neck = dataclasses.replace(neck, fret_positions=neck.fret_positions[:2], fret_heights=neck.fret_heights[:2])

@@ -48,14 +48,14 @@ def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
 def test_files_without_sound_do_not_stop_a_fit(tmp_path: Path) -> None:
     """A gate or a muted input leaves zeros."""
     nothing = np.full(2 * RATE, 0.1)  # only an offset
-    chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
+    chromatic(tmp_path, pp=-30, ff=-8)
     found = read_notes([save(tmp_path, n46_ff=nothing, silence=nothing, room_quiet=nothing)])
-    assert len(found.takes) == 12 and len(found.quiet) == 2
+    assert len(found.takes) == 6 and len(found.quiet) == 2
     assert any("no note with a pitch is heard in n46_ff.wav" in doubt for doubt in found.doubts)
 
 
 def test_a_silence_with_hum_is_no_note(tmp_path: Path) -> None:
-    chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
+    chromatic(tmp_path, pp=-30, ff=-8)
     found = read_notes([save(tmp_path, Silence2=0.01 * np.sin(2 * np.pi * 50 * np.arange(2 * RATE) / RATE))])
     assert [Path(n.name).stem for n in found.quiet] == ["Silence2"] and min(p.key for p in found.takes) == 40
 
@@ -67,7 +67,7 @@ def test_without_names_the_strings_are_a_doubt(tmp_path: Path) -> None:
 
 
 def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(tmp_path: Path) -> None:
-    guide = steps(BASS)[:24]  # up to the open A, which is as high as fret 5 of the E
+    guide = [s for s in steps(BASS) if (s.string, s.fret) in (("E", 0), ("E", 5), ("A", 0))]  # two are alike
     rest = np.zeros(round(0.4 * RATE))
     sounds = [np.concatenate([tone(s.key, LEVELS["mf"], 1.6), rest]) for s in guide]
     path = save(tmp_path, all=np.concatenate(sounds)) / "all.wav"
@@ -80,19 +80,19 @@ def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(
 
 
 @pytest.mark.parametrize(
-    ("levels", "doubt"),
+    ("keys", "levels", "doubt"),
     [
-        ({"v1": -12.0, "v2": -12.2, "v3": -11.5}, "normalised or compressed"),
-        ({"v1": -9.0}, "all notes have one force"),
+        (2, {"v1": -12.0, "v2": -12.2, "v3": -11.5}, "normalised or compressed"),
+        (6, {"v1": -9.0}, "all notes have one force"),
     ],
 )
-def test_layers_whose_levels_tell_nothing(tmp_path: Path, levels: dict[str, float], doubt: str) -> None:
-    found = read_notes([chromatic(tmp_path, range(40, 47), **levels)])
+def test_layers_whose_levels_tell_nothing(tmp_path: Path, keys: int, levels: dict[str, float], doubt: str) -> None:
+    found = read_notes([chromatic(tmp_path, range(40, 40 + keys), **levels)])
     assert found.normalized and any(doubt in each for each in found.doubts)
 
 
 def test_defects_are_doubts(tmp_path: Path) -> None:
-    chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
+    chromatic(tmp_path, pp=-30, ff=-8)
     loud = np.clip(3 * tone(46, 0.0), -1, 1)
     whole = tone(47, -8)
     save(
@@ -114,7 +114,7 @@ def test_refusals(tmp_path: Path) -> None:
     few = chromatic(tmp_path / "few", pp=-30.0)
     with pytest.raises(RecordingError, match=r"few: 3 different notes of 1.3 s: at least 6 .* --guide"):
         read_notes([few])
-    one = save(tmp_path / "one", **{f"n_v{k}": tone(40, -30 + 3 * k) for k in range(1, 8)})
+    one = save(tmp_path / "one", **{f"n_v{k}": tone(40, -30 + 3 * k) for k in range(1, 7)})
     with pytest.raises(RecordingError, match=f"one: all notes are {note_name(40)}; at least two pitches"):
         read_notes([one])
 

@@ -48,7 +48,7 @@ def note(peak: float, key: int = 28) -> Floats:
 def test_recording_asks_again_for_bad_notes_and_skips_those_that_are_there(tmp_path: Path) -> None:
     quiet = 1e-5 * np.random.default_rng(1).standard_normal(6 * RATE)
     said: list[str] = []
-    wanted = [Step("E", 0, 28, "soft", 1), Step("E", 0, 28, "hard", 1)]
+    wanted = [Step("E", 0, "open", 28, "soft", 1), Step("E", 0, "open", 28, "hard", 1)]
     heard = blocks(quiet, note(1e-3), quiet, note(0.2), quiet, note(1.0), quiet, note(0.5), quiet)
     assert record(wanted, tmp_path, heard.__next__, said.append) == 3
     assert [line for line in said if "again" in line] == [

@@ -97,7 +97,7 @@ def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest
             assert len(faults) == 1
 
 
-IMPATIENT = "from livebass.live import guards; guards.PATIENCE = 5.0; from livebass.__main__ import main; main()"
+IMPATIENT = "from livebass.live import guards; guards.PATIENCE = 2.0; from livebass.__main__ import main; main()"
 
 
 @pytest.mark.parametrize(

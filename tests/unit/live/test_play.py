@@ -149,7 +149,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
     gc.collect()
     gc.disable()
     try:
-        for k in range(12):
+        for k in range(6):
             changes.next_preset()
             while changes.wanted[0] not in ("jazz-finger", "muted", "slap"):
                 changes.next_preset()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,11 @@ from support.command import Run, cli_text
 from support.pitch import pitch
 
 from livebass import QUALITIES, Instrument, load_preset, preset_names, render_to_array, score_of
+from livebass.cli.messages import fretting_out
+from livebass.model.bench import change_bass
 from livebass.model.instrument import frets_from_geometry, speaking
 from livebass.model.rest import choked, lies_on
+from livebass.preset.checks import overdamped_mode
 from livebass.rows.arrays import Floats
 
 RATE, ACTIONS = 48_000, (0.70, 0.55, 0.50)  # Hz; mm under the lowest string
@@ -109,3 +113,40 @@ def test_render_and_check_say_it(run: Run, tmp_path: Path) -> None:
     status, _, said = run("render", "--note", "C3", "--duration", "10ms", "-p", str(file), "-o", str(out))
     assert status == 0 and "Low: notes fret out" in said and says in said
     assert "fret out" not in cli_text(run, "presets", "check", "jazz-finger")
+
+
+def test_frets_have_names_and_bare_boards_have_places() -> None:
+    neck, bare = (load_preset(name).necks[0] for name in ("jazz-finger", "fretless"))
+    assert neck.fret_text(9) == "fret 9" and neck.fret_text(5, 6, 7, 9, board="at") == "frets 5 to 7, 9"
+    assert bare.fret_text(9) == f"the board {1e3 * bare.fret_positions[8]:.0f} mm from the nut"
+    assert bare.fret_text(3, 4, 5, 9, board="") == "137 to 217, 350 mm from the nut"
+    capo = load_preset("fretless", capo=2).necks[0]
+    assert capo.fret_text(7, board="at") == f"at {1e3 * capo.fret_positions[6]:.0f} mm from the capo"
+
+
+NAMED = re.compile(r"frets? \d")
+
+
+def test_no_message_names_a_fret_of_a_bare_board(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "low.toml"
+    file.write_text('like = "fretless"\nname = "Low"\n[bench]\naction = -1.15\n')
+    lies = "on the board 592 mm from the nut lies E at 432 to 575 mm from the nut; A at"
+    assert lies in fretting_out(change_bass(load_preset("fretless"), {"action": -1.15}))
+    said = [cli_text(run, "presets", "check", str(file))]
+    assert lies in said[0]
+    of = ["--string", "G", "--fret", "15", "--at", "0.2", "--duration", "0.02s", "-o", str(tmp_path / "g")]
+    for preset in (str(file), "fretless"):
+        status, _, err = run("simulate", "-p", preset, *of)
+        assert status == 0, err
+        said.append(err)
+    assert "string G at 501 mm from the nut (frets out: it lies on the board 592 mm from the nut)" in said[1]
+    assert "contacts, the first at" in said[2] and "mm from the stop" in said[2]
+    said.append(cli_text(run, "fit", "--guide", "--like", "fretless"))
+    file.write_text('like = "fretless"\nname = "Low"\n[bench]\naction = -1.7\n')
+    status, _, err = run("presets", "check", str(file))
+    assert status == 1 and "mm from the nut" in err, err
+    bare = load_preset("fretless")
+    dull = overdamped_mode(replace(bare.strings[3], extra_damping=1e4), bare.necks[3])
+    assert dull and "mode 1 at 0 mm from the nut" in dull.why("damping")
+    said += [err, dull.why("damping")]
+    assert not [line for line in said if NAMED.search(line)]

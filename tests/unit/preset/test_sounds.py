@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.command import Run
-from support.costs import quick
+from support.costs import of_each_kind, quick
 
 from livebass import QUALITIES, load_preset, preset_names, score_of
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mix_strings
-from livebass.preset.load import preset_text
+from livebass.preset.build import Builder
+from livebass.preset.load import preset_tables, preset_text
 from livebass.preset.sounds import sound_names, sound_text, sound_title, sound_values, sounds_of
 from livebass.rows.arrays import Floats
 from livebass.rows.techniques import PARAMETER_ROWS, SLIDER_ROWS
@@ -29,11 +30,18 @@ def test_the_sounds_are_presets_with_names_of_their_own() -> None:
     for name in names:
         bass = load_preset(name)
         assert bass.name == sound_title(name) and 10 < len(bass.description) < 90
-        assert preset_text(name).startswith(sound_text(name).rstrip("\n"))
         for symbol, value in sound_values(name).items():
             row = PARAMETER_ROWS[symbol]
             assert row.minimum <= value <= row.maximum and value != row.default, (name, symbol)
             assert symbol in SLIDER_ROWS or symbol in dict(bass.played) or getattr(bass.effects, symbol)
+
+
+@pytest.mark.parametrize("bass", of_each_kind(name for name in preset_names() if sounds_of(name)))
+def test_sounds_pass_the_checks_that_loading_them_omits(bass: str) -> None:
+    for name in sounds_of(bass):
+        label, tables = preset_tables(name)
+        assert Builder(label).instrument(tables) == load_preset(name)
+        assert preset_text(name).startswith(sound_text(name).rstrip("\n"))
 
 
 @pytest.mark.parametrize("name", quick(sound_names(), sound_names()[::5]))
@@ -57,4 +65,5 @@ def play(name: str) -> Floats:
 def test_the_list_names_them_and_render_plays_them(run: Run, tmp_path: object) -> None:
     status, out, _ = run("presets", "list", "--sounds")
     assert status == 0 and [line.split()[0] for line in out.splitlines() if line[0] != " "] == sound_names()
+    assert all(load_preset(name).description in " ".join(out.split()) for name in sound_names())
     assert run("render", "--note", "E1", "-p", "metal-pick", "-o", f"{tmp_path}/metal.wav")[0] == 0

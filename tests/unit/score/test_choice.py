@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 
+from hypothesis import settings
 from support.choices import digests
 from support.plain import in_plain_python
 from support.songs import damaged, make
 
 from livebass.compiling import PLAIN
 
-FILES, TOGETHER = 2500, 500  # of each kind
+FILES, TOGETHER = 750 if settings().max_examples < 400 else 2500, 500  # of each kind; tools/test --all: 2500
 FEW = range(12)  # files for plain Python, which is slow
 PINNED = [
     "b8f2d272", "082a3a58", "1d6a58b8", "fe0e3210", "1b1cee17", "9f499d6c", "6758df36", "03182970", "e403592c",
@@ -21,7 +22,7 @@ PINNED = [
 def test_the_same_is_chosen_as_before() -> None:
     """The digests are of another rule, in Python, with which this one agreed; its faults are mended in them."""
     files = (file for seed in range(FILES) for file in (make(seed).data, damaged(seed)))
-    assert digests(files, TOGETHER) == PINNED
+    assert digests(files, TOGETHER) == PINNED[: 2 * FILES // TOGETHER]
 
 
 def test_plain_kernels_choose_the_same() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from support.costs import quick
 from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zip_files
 
 from livebass.cli.hands import SOUND, Loader
@@ -24,7 +25,7 @@ from livebass.tab.reading import Arrangement, TabRequest, arrange, table
 
 # Words of Python and of libraries, which tell a player nothing
 FOREIGN = re.compile(r"PyGuitarPro|unpack|literal|NoneType|Error|object|argument|codec|index|Fraction|convert|integer")
-COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
+COUNT = 30 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
 LONGEST = 5.0  # s
 HARMONIC = {"harmonic": NATURAL, "node": 12.0}
 PIECE = tab(
@@ -129,8 +130,8 @@ def test_too_much_of_anything_is_refused() -> None:
         (b"<direction/>" * 61_000, "directions, more than 60000"),
         (b"<a/>" * 600_001, "more than 600000 elements"),
         (b'<a b="" c="" d="" e="" f=""/>' * 120_001, "more than 600000 attributes"),
-        (b"<a " + b" ".join(b'a%d=""' % k for k in range(600_001)) + b"/>", "more than 600000 attributes"),
-        (b"<a " + b" ".join(b'xmlns:a%d="b"' % k for k in range(600_001)) + b"/>", "more than 600000 attributes"),
+        (b'a%d=""', "more than 600000 attributes"),
+        (b'xmlns:a%d="b"', "more than 600000 attributes"),
         (b'<sound tempo="nan"/>', "is damaged: nan is not finite"),
         (b"<note><rest/><duration>1e99999999</duration></note>", "is not finite"),
         (b'<attributes><divisions>' + b"9" * 5000 + b"</divisions></attributes>", "is damaged"),
@@ -140,6 +141,9 @@ def test_too_much_of_anything_is_refused() -> None:
     ],
 )  # fmt: skip
 def test_floods_and_endless_numbers_are_refused_at_once(piece: bytes, said: str) -> None:
+    """A piece with %d becomes the attributes of one element."""
+    if b"%d" in piece:
+        piece = b"<a " + b" ".join(piece % k for k in range(600_001)) + b"/>"
     text = as_musicxml(tab(beats(note(0, 3)))).replace(b"</measure>", piece + b"</measure>")
     began = time.process_time()
     with pytest.raises(ScoreError, match=said) as error:
@@ -192,7 +196,7 @@ def crowded(kind: str) -> bytes:
     return musicxml.replace("</measure>", f"{rests.join(marks)}</measure>").encode()
 
 
-@pytest.mark.parametrize("kind", ["voices", "fermatas", "tempos", "hairpins"])
+@pytest.mark.parametrize("kind", quick(["voices", "fermatas", "tempos", "hairpins"], ["voices", "hairpins"]))
 def test_a_crowd_of_one_kind_is_read_soon(kind: str) -> None:
     data, began = crowded(kind), time.process_time()
     try:

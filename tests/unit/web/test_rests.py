@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from support import node
@@ -11,7 +12,7 @@ from livebass import load_preset
 from livebass.model.bench import change_bass
 from livebass.model.instrument import Instrument
 from livebass.model.rest import choked
-from livebass.web.export import shown_string
+from livebass.web.export import bass_data, shown_string
 
 CROWN = """
 const [string, length, fret] = arguments;
@@ -56,3 +57,30 @@ def test_a_choked_string_is_drawn_from_the_fret_it_lies_on() -> None:
         between = string["length"] - (string["frets"][8] + string["frets"][9]) / 2
         assert page.run(CROWN, string, between, 9) == 9, "a slide"
         assert page.run(CROWN, string, string["length"], 0) == 0
+
+
+BARE = """
+const [bass, capo] = arguments, of = {...bass, capo};
+const notes = [noteText(of, 3, 9), noteText(of, 3, 0)];
+return [fretText(of, 3, 9), hitText(of, 0.4123), hitText(of, 22), ...notes, spanText(of, 1, 9)];
+"""
+
+
+def test_places_of_a_bare_board_are_named_as_python_does() -> None:
+    with node.node("places.js") as page:
+        bare = load_preset("fretless").necks[3]
+        at = f"{1e3 * bare.fret_positions[8]:.0f} mm"
+        assert page.run(BARE, bass_data("fretless", load_preset("fretless")), 0) == [
+            bare.fret_text(9), "the board 412 mm from the nut", "the end of the board",
+            "G string " + bare.fret_text(9, board="at"), "G string, open", f"0 to {at}",
+        ]  # fmt: skip
+        assert page.run(BARE, bass_data("jazz", load_preset("jazz-finger")), 2) == [
+            "fret 11", "fret 2.4123", "fret 24", "G string, fret 11", "G string, open", "Frets 3 to 11",
+        ]  # fmt: skip
+
+
+def test_over_a_board_the_worker_reads_them_too(tmp_path: Path) -> None:
+    bass = change_bass(load_preset("fretless"), {"action": -1.15})
+    assert any(rests_of(bass))
+    with node.page({"fretless": load_preset("fretless")}, tmp_path) as page:
+        assert page.rests("fretless", {"action": -1.15}) == rests_of(bass)

@@ -152,9 +152,11 @@ static int read_source(file *f, const lb_source *source, LB_CHANGE *change, cons
     return 0;
 }
 
-/* What stands above a string at rest: the `state` of a BENCH that could not be made (bench.py). */
-static lb_fault fault_of(const LB_BENCH *b, int64_t state) {
-    const int fret = state == LB_MADE + 1 ? (int)b->fault_place : 0; /* CROWN_ABOVE, or else BOARD_ABOVE */
+/* What stands above a string at rest: the `state` of a bass whose BENCH could not be made (bench.py). */
+static lb_fault fault_of(const LB_KEPT *kept, int64_t state) {
+    const LB_BENCH *b = &kept->bench;
+    const int crown = state == LB_MADE + 1 && !kept->instrument.fretless[b->fault_string]; /* CROWN_ABOVE, or else BOARD_ABOVE */
+    const int fret = crown ? (int)b->fault_place : 0;
     return (lb_fault){(int)b->string[b->fault_string].open_note, fret, 1e3 * b->fault_height};
 }
 
@@ -182,7 +184,7 @@ static int make_image(file *image, const lb_source *source, const double *slider
     const int64_t state = memory ? kernels->make_change(ADDRESS(&change)) : LB_MADE;
     if (!memory) snprintf(error, room, "%s: no memory for it", source->path);
     else if (state != LB_MADE) {
-        const lb_fault found = fault_of(&change.kept.bench, state);
+        const lb_fault found = fault_of(&change.kept, state);
         if (fault) *fault = found;
         const size_t end = lb_fault_to_text(&found, error, room);
         snprintf(error + end, room - end, ": change action, relief, nut or fret height");

@@ -222,8 +222,9 @@ void lb_draw_crowns(lb_picture *p, const part *q) {
     lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), 0, BONE);
     lb_round(s, p->nut - px(p, 5), rest, px(p, 6), v.foot - rest, px(p, 2), px(p, 1), p->t->edge);
     draw_string(p, p->nut - px(p, 5), p->saddle + px(p, 8), rest, tall);
-    if (count) measure(p, &v, 0, "at fret 1");
-    if (count) measure(p, &v, count < 12 ? count - 1 : 11, "at fret 12");
+    const int bare = look_of(p)->fretless != 0;
+    if (count) measure(p, &v, 0, bare ? "near the nut" : "at fret 1");
+    if (count) measure(p, &v, count < 12 ? count - 1 : 11, bare ? "at the octave" : "at fret 12");
     draw_names(p, &v, q, tall);
     s->clip = (lb_area){0, 0, s->width, s->height};
 }

@@ -122,6 +122,9 @@ struct lb_picture {
 /* The fret that a sounding string lies on, beyond the one that is pressed; 0: it does not fret out. */
 int lb_lies_on(const lb_picture *p, int string);
 
+/* Names a fret: "fret 9"; without frets the place that it stands for, from the nut: "412 mm". */
+void lb_fret_text(const LB_LOOK *, int fret, char *text, size_t room);
+
 static inline const LB_LOOK *look_of(const lb_picture *p) { return &p->both[p->which]; }
 
 static inline double px(const lb_picture *p, double units) { return p->scale * units; }
@@ -163,6 +166,8 @@ static inline double maximum_of(const lb_picture *p, int k) { return p->face.max
 static inline void text_of(const lb_picture *p, int k, double v, char text[MAX_TEXT]) {
     *text = 0;
     p->face.text(p->face.owner, k, v, text, MAX_TEXT);
+    char *where = look_of(p)->fretless ? strstr(text, " at fret ") : 0;
+    if (where) *where = 0;
 }
 
 /* --- of drawing.c --- */

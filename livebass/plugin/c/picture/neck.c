@@ -332,10 +332,16 @@ static const shape *shape_of(const lb_picture *p, int string, int before) {
 int lb_lies_on(const lb_picture *p, int string) {
     const LB_LOOK *l = look_of(p);
     const shape *one = shape_of(p, string, 0);
-    if (l->fretless || !p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
+    if (!p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
+    if (l->fretless && (p->shaped < 2 || shape_of(p, string, 1)->stop != one->stop)) return 0; /* it glides */
     for (int k = one->fret + 1; k <= l->frets; k++)
         if (fabs(l->place[k] - one->stop) < SAME_PLACE) return k;
     return 0;
+}
+
+void lb_fret_text(const LB_LOOK *l, int fret, char *text, size_t room) {
+    if (l->fretless) snprintf(text, room, "%.0f mm", 1e3 * l->place[fret]);
+    else snprintf(text, room, "fret %d", fret);
 }
 
 static double within(double v, double minimum, double greatest) {
@@ -364,6 +370,19 @@ static void bound(LB_LOOK *l) {
     }
 }
 
+/* Puts frets where they are. A look has the place where a string ends that is stopped at each: for frets that choke it,
+   that of the higher fret that it lies on. These divide what is left of the string evenly in pitch. */
+static void set_places(LB_LOOK *l) {
+    const double length = l->string[0].length;
+    for (int k = 1, last = 0; k <= l->frets; k++) {
+        if (k < l->frets && l->place[k + 1] - l->place[k] < SAME_PLACE) continue;
+        const double ratio = (length - l->place[k]) / (length - l->place[last]);
+        for (int at = last + 1; at < k; at++)
+            l->place[at] = length - (length - l->place[last]) * pow(ratio, (double)(at - last) / (k - last));
+        last = k;
+    }
+}
+
 void lb_read_looks(lb_picture *p) {
     const uint64_t taken = lb_looks_taken(p->face.look);
     const uint64_t fresh = taken - p->taken;
@@ -372,6 +391,7 @@ void lb_read_looks(lb_picture *p) {
         LB_LOOK *to = &p->both[!p->which];
         if (!lb_read_look(p->face.look, k, to)) continue;
         bound(to);
+        set_places(to);
         if (to->bass != look_of(p)->bass || to->strings != look_of(p)->strings) p->shaped = 0;
         p->which = !p->which;
         for (int i = 0; i < to->strings; i++) take_shape(p, &to->string[i], &p->shapes[p->shaped % LB_LOOKS][i]);

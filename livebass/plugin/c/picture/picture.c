@@ -97,8 +97,11 @@ static void tell_choked(lb_picture *p) {
     if (l->latest < 0 || l->latest >= l->strings) return;
     const int string = (int)l->latest, on = lb_lies_on(p, string), fret = (int)l->string[string].fret;
     if (!on || (p->choked[0] == l->notes && p->choked[1] == fret)) return;
-    snprintf(p->notice, sizeof p->notice, "String %s, fret %d frets out: it lies on fret %d",
-             lb_note_name((int)l->string[string].open), fret, on);
+    const char *name = lb_note_name((int)l->string[string].open);
+    char pressed[16], crown[16];
+    lb_fret_text(l, fret, pressed, sizeof pressed);
+    lb_fret_text(l, on, crown, sizeof crown);
+    snprintf(p->notice, sizeof p->notice, "%s, %s frets out: lies on %s", name, pressed, crown); /* the title's room */
     p->noticed = p->seconds;
     p->choked[0] = l->notes;
     p->choked[1] = fret;

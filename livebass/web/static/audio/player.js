@@ -20,8 +20,8 @@ const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
  * @returns {Promise<{file: ArrayBuffer, heights: number[][], rests: Rests[], places: number[]}>}
  */
 export async function imageOf(name, path = `basses/${name}.lbass`, moved = []) {
-  const names = bassCalled(name).strings.map(string => string.name), file = await read(path);
-  return workshop.ask({change: moved, names, file}, [file]);
+  const {strings, capo, fretless} = bassCalled(name), file = await read(path);
+  return workshop.ask({change: moved, neck: {strings, capo, fretless}, file}, [file]);
 }
 
 export class WorkletPlayer {

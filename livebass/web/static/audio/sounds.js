@@ -3,6 +3,7 @@ import {busy, setPressed} from "../pages/page.js";
 import {player} from "./player.js";
 
 const GAP = 0.25; // s between two sounds
+const FADE = 0.15; // s at the end of a sound: it does not break off
 const TICK = {lowest: 300, seconds: 0.06, level: 0.25}; // Hz of the first fret; of the hardest hit
 /** @type {{sources: AudioBufferSourceNode[], button?: Element}} */
 export const hearing = {sources: []}; // what was heard last, and the button pressed meanwhile
@@ -22,7 +23,8 @@ export function hear(sounds, to = player.analyser, button = undefined) {
   let seconds = 0;
   hearing.sources = sounds.map(sound => {
     const buffer = new AudioBuffer({length: sound.length, sampleRate: context.sampleRate});
-    buffer.copyToChannel(sound.map(x => x / maximum), 0);
+    const fade = FADE * context.sampleRate;
+    buffer.copyToChannel(sound.map((x, k) => x / maximum * Math.min(1, (sound.length - 1 - k) / fade)), 0);
     const source = new AudioBufferSourceNode(context, {buffer});
     if (to) source.connect(to);
     source.start(context.currentTime + seconds);

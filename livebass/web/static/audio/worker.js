@@ -2,12 +2,14 @@
 // audio thread only copies them.
 import {Engine, pieces} from "./engine.js";
 import {N, RECORDS, UNPLAYABLE} from "./kernels.js";
+import {fretText} from "../neck/places.js";
 
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
 const answer = /** @type {any} */ (postMessage);
 /** @type {Engine} */
 let engine; // for one job after another: browsers are slow to free the memory of a new one for each
+let mapped = 0; // the bass of the last `buzz`
 const taken = new Map(); // address of a bass: [begin of its memory, end]
 const names = []; // of basses built before: versions of one carry on each other's notes
 const sizes = new Map(); // of basses built last, by file, tier, rate and length of an impulse response
@@ -84,17 +86,21 @@ function hold({hold: {string, fret, note}, file, tier, rate}) {
   return {...held, farthest, hardest: engine.hardest(bass, string, note, rate)};
 }
 
-// Returns what notes do at frets of a new bass: `buzz` of the engine.
+// Returns what notes do at frets of a new bass: `buzz` of the engine. Without a file: of the bass of the message before,
+// which was of this kind, too.
 function buzz({buzz: notes, file, tier, rate}) {
-  engine.clear();
-  return engine.buzz(engine.build(file, tier, rate, engine.home), notes, rate);
+  if (file) {
+    engine.clear();
+    mapped = engine.build(file, tier, rate, engine.home);
+  }
+  return engine.buzz(mapped, notes, rate);
 }
 
 // Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
 // each open string), the frets at which a string frets out, each with the higher one that it lies on, and the pickups'
 // places (m from the saddle). Throws an Error, one line, for a file of another kind,
-// and for a neck that cannot be played. `names`: of the strings.
-function change({change: values, file, names}) {
+// and for a neck that cannot be played. `neck`: its strings and frets, as the bass has them.
+function change({change: values, file, neck}) {
   engine.clear();
   const get = (name, k) => engine.get("CHANGE", at, name, k);
   const at = engine.add(RECORDS.CHANGE.bytes), given = engine.add(file.byteLength);
@@ -107,13 +113,13 @@ function change({change: values, file, names}) {
   const record = at + N.BENCH_PLACE;
   const of = (name, k) => engine.get("BENCH", record, name, k);
   if (state !== N.MADE) {
-    const above = `stands ${(1000 * of("fault_height")).toFixed(2)} mm above string ${names[of("fault_string")]} at rest`;
-    const error = new Error(state === N.CROWN_ABOVE ? `fret ${of("fault_place")} ${above}` : `the board ${above}`);
+    const above = `stands ${(1000 * of("fault_height")).toFixed(2)} mm above string ${neck.strings[of("fault_string")].name} at rest`;
+    const error = new Error(`${state === N.CROWN_ABOVE ? fretText(neck, of("fault_string"), of("fault_place")) : "the board"} ${above}`);
     error.name = UNPLAYABLE;
     throw error;
   }
   const heights = [], rests = [], frets = of("frets");
-  names.forEach((_, i) => {
+  neck.strings.forEach((_, i) => {
     const string = record + RECORDS.BENCH.fields.string[0] + i * RECORDS.BENCH_STRING.bytes;
     const [first, count, length] = ["frets", "frets_count", "length"].map(name => engine.get("BENCH_STRING", string, name));
     const number = k => engine.view.getFloat64(of("numbers") + 8 * k, true);

@@ -1,7 +1,8 @@
 // Saves the replay as a picture, or as a clip: the note at speed, then slowly, with a tick for each contact.
 import {$, ADDRESS, busy, chosenBass, make, save, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
-import {goTo, slowness} from "./replay.js";
+import {noteText} from "./places.js";
+import {HEARD, goTo, slowness} from "./replay.js";
 import {hear, hush, tick} from "../audio/sounds.js";
 import {state} from "../pages/state.js";
 import {pictures, see} from "./view.js";
@@ -13,8 +14,8 @@ const KINDS = ["video/mp4;codecs=avc1.42E01E,mp4a.40.2", "video/mp4;codecs=avc1,
 const CLIP = {rate: 30, shortest: 3, longest: 12}; // pictures a second; s of the slow part
 
 function titleOf() {
-  const {string, fret} = see.note, bass = chosenBass(), at = fret ? `, fret ${bass.capo + fret}` : ", open";
-  return `${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release`;
+  const {string, fret = 0} = see.note, bass = chosenBass();
+  return `${bass.title}, ${noteText(bass, string, fret)}, ${see.moment.toFixed(2)} ms after the release`;
 }
 
 // The line at a poster's foot: what it shows, and where it comes from.
@@ -67,7 +68,7 @@ async function saveClip() {
   };
   show(0);
   recorder.start();
-  const heard = hear([replay.sound], sound);
+  const heard = hear([replay.sound.slice(0, HEARD * context.sampleRate)], sound);
   await during(heard, part => show(part * heard * context.sampleRate));
   hush();
   await during(slow, part => { for (const hit of show(part * (replay.length - 1))) tick(hit, sound); });

@@ -1,6 +1,7 @@
 // The sentence under the neck: what the page is, what the last note did, what a replay shows.
 import {$, chosenBass} from "../pages/page.js";
 import {player} from "../audio/player.js";
+import {fretText, hitText, noteText} from "./places.js";
 import {FULL_SPEED} from "./see.js";
 import {see} from "./view.js";
 
@@ -8,18 +9,9 @@ export const tell = (/** @type {string} */ text) => { $("seen").textContent = te
 
 export const contactsOf = (/** @type {number} */ count) => count === 1 ? "1 contact" : `${count} contacts`;
 
-// A place of the board, m from the nut.
-export const onBoard = (/** @type {number} */ place) => `the board ${Math.round(1000 * place)} mm from the nut`;
-
-// What a string lies on that frets out: "fret 20", or a place of the board.
-export function crownText(/** @type {number} */ string, /** @type {number} */ on) {
-  const {strings, capo, fretless} = chosenBass();
-  return fretless ? onBoard(strings[string].frets[on - 1]) : `fret ${capo + on}`;
-}
-
 // What a string does that frets out: "it lies on fret 20, with 12 contacts beyond".
 function lies(/** @type {number} */ string, /** @type {number} */ on, /** @type {number} */ count) {
-  return `it lies on ${crownText(string, on)}${count ? `, with ${contactsOf(count)} beyond` : ""}`;
+  return `it lies on ${fretText(chosenBass(), string, on)}${count ? `, with ${contactsOf(count)} beyond` : ""}`;
 }
 
 // What the note of a replay does: "12 contacts", or what `lies` says.
@@ -35,13 +27,11 @@ function liesOn(/** @type {SeenNote} */ {string, fret = 0, of = 0}) {
 
 // Tells what a note did: "E string, fret 3: 7 contacts; it hits fret 4 hardest."
 export function tellNote(/** @type {SeenNote} */ note) {
-  const {string, fret = 0, contacts} = note, {strings, capo, fretless} = chosenBass(), on = liesOn(note);
-  if (on) return tell(`${strings[string].name} string, fret ${capo + fret} frets out: ${lies(string, on, contacts.length)}. Raise the action to free it.`);
-  const where = `${strings[string].name} string, ${fret ? `fret ${capo + fret}` : "open"}`;
+  const {string, fret = 0, contacts} = note, bass = chosenBass(), on = liesOn(note), where = noteText(bass, string, fret);
+  if (on) return tell(`${where} frets out: ${lies(string, on, contacts.length)}. Raise the action to free it.`);
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
-  const place = fretless ? onBoard(hardest.fret) : `fret ${capo + hardest.fret}`;
-  return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${place} hardest.`);
+  return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${hitText(bass, hardest.fret)} hardest.`);
 }
 
 player.on("reported", tellNote);

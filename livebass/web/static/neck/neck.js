@@ -1,6 +1,7 @@
 // The neck: a cell for each fret of each string, and the body beyond.
 import {$, chosenBass, make, noteName} from "../pages/page.js";
 import {state} from "../pages/state.js";
+import {noteText, spanText} from "./places.js";
 import {pictures, see} from "./view.js";
 
 const MIN_FRET = {finger: 30, mouse: 15}; // px
@@ -50,7 +51,7 @@ export function showNeck() {
   part(".open").tabIndex = 0;
   if (focused) part(".open").focus();
   $("window").hidden = whole;
-  $("shown").textContent = `Frets ${bass.capo + from + 1} to ${bass.capo + from + count}`;
+  $("shown").textContent = spanText(bass, from + 1, from + count);
   $("down").disabled = from === 0;
   $("up").disabled = from + count >= bass.frets;
   neck.dataset.count = String(count);
@@ -60,8 +61,7 @@ export function showNeck() {
 function cellOf(bass, row, fret) {
   const number = bass.strings.length - 1 - row, string = bass.strings[number], note = string.note + fret;
   const cell = make("button", {type: "button", className: fret ? "fret" : "open", tabIndex: -1});
-  const place = fret ? `fret ${bass.capo + fret}` : "open";
-  cell.setAttribute("aria-label", `${string.name} string, ${place}, ${noteName(note)}`);
+  cell.setAttribute("aria-label", `${noteText(bass, number, fret)}, ${noteName(note)}`);
   Object.assign(cell.dataset, {note, string: number, fret});
   Object.assign(cell.style, {gridRow: row + 1, gridColumn: fret ? fret - state.from + 1 : 1});
   if (!fret) cell.append(string.name);

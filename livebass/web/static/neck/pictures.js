@@ -1,6 +1,7 @@
 // Draws the strings over the neck, the last string from the side, the last note, and the spectrum. Contacts of the last
 // moments are sparks (`drawNeck`, `drawCrowns`), those of the last note dots (`drawNote`). Without sound nothing is drawn
 // again.
+import {isAtEnd} from "./places.js";
 import {FULL_SPEED, POINTS, SHOWN} from "./see.js";
 
 const NOTE_SPAN = 1000 * SHOWN.after; // ms in the last note's picture
@@ -175,7 +176,8 @@ export class Pictures {
   // A contact's place, m from the nut: at a fret, or anywhere on a board.
   placeOf(string, fret) {
     const {frets} = this.see.bass.strings[string];
-    return this.see.bass.fretless ? fret : frets[fret - 1];
+    if (!this.see.bass.fretless) return frets[fret - 1];
+    return isAtEnd(this.see.bass, fret) ? /** @type {number} */ (frets.at(-1)) : fret;
   }
 
   // --- the side ---
@@ -359,10 +361,10 @@ export class Pictures {
     for (const fret of [5, 12, 17].filter(n => n <= count)) {
       const at = y(see.bass.fretless ? s.frets[fret - 1] : fret);
       line(g, left, at, w, at);
-      g.fillText(see.bass.capo + fret, left - 5 * px, at);
+      g.fillText(see.bass.fretless ? String(Math.round(s.frets[fret - 1] / MM)) : String(see.bass.capo + fret), left - 5 * px, at);
     }
     g.textAlign = "left";
-    g.fillText("fret", left + 4 * px, 8 * px);
+    g.fillText(see.bass.fretless ? "mm from the nut" : "fret", left + 4 * px, 8 * px);
     g.textAlign = "center";
     for (let ms = 0; ms <= NOTE_SPAN; ms += 20) {
       const text = ms === NOTE_SPAN ? `${ms} ms` : String(ms);
@@ -381,7 +383,7 @@ export class Pictures {
         if (ms > NOTE_SPAN || ms < 0) continue;
         g.globalAlpha = 0.8;
         g.beginPath();
-        g.arc(x(ms), y(fret), r, 0, 2 * Math.PI);
+        g.arc(x(ms), y(Math.min(fret, far)), r, 0, 2 * Math.PI);
         g.fill();
       }
     };

@@ -3,8 +3,9 @@
 import {doneBy, tell} from "./line.js";
 import {$, PAGE, busy, chosenBass, say} from "../pages/page.js";
 import {player} from "../audio/player.js";
+import {fretText, noteText} from "./places.js";
 import {Held} from "./pulled.js";
-import {backToNow, keepPull, move, showSlowly} from "./replay.js";
+import {RINGS, backToNow, keepPull, move, showSlowly} from "./replay.js";
 import {hear} from "../audio/sounds.js";
 import {POINTS, SHOWN} from "./see.js";
 import {pictures, see} from "./view.js";
@@ -12,7 +13,7 @@ import {workshop} from "../audio/workshop.js";
 
 const MOVED = 3; // px that a pointer moves before it pulls
 const MM = 1e-3, DEGREE = Math.PI / 180;
-const STOPS = {"": "", hardest: " The player pulls no harder there.", frets: " The frets are near: no farther down."};
+const STOPS = {"": "", hardest: " The player pulls no harder there.", frets: " The frets are near: no farther down.", board: " The board is near: no farther down."};
 
 /** @typedef {{string: number, fret: number, file: ArrayBuffer, held: Held, label: string, name: string}} Taken */
 /** @typedef {{x: number, y: number}} Point px in the side view */
@@ -73,7 +74,7 @@ function holdAt(/** @type {Taken} */ taken, /** @type {number} */ place, /** @ty
             place: grip.place, height: rest(grip.place) + up * top});
   Object.assign(hand, {taken, grip});
   showNumbers();
-  tell(`${said(pullOf(taken, grip))}.${STOPS[grip.stop]}`);
+  tell(`${said(pullOf(taken, grip))}.${STOPS[grip.stop === "frets" && bass.fretless ? "board" : grip.stop]}`);
 }
 
 // Does so for a pointer in the side view.
@@ -92,9 +93,10 @@ const pullOf = ({string, fret}, {place, apex}) => ({string, fret, place, apex, a
 
 // "E string, fret 3: pulled 4.00 mm, 500 mm from fret 3"
 export function said(/** @type {Pull} */ {string, fret, place, apex, angle}) {
-  const {strings, capo} = chosenBass(), stop = fret ? `fret ${capo + fret}` : capo ? "the capo" : "the nut";
-  const aside = angle ? `, ${Math.round(angle / DEGREE)}° across` : "", way = apex < 0 ? " towards the frets" : aside;
-  return `${strings[string].name} string: pulled ${Math.abs(apex / MM).toFixed(2)} mm${way}, ${Math.round(place / MM)} mm from ${stop}`;
+  const bass = chosenBass(), {strings, capo, fretless} = bass, end = capo ? "the capo" : "the nut";
+  const stop = !fret ? end : fretless ? "the finger" : fretText(bass, string, fret);
+  const aside = angle ? `, ${Math.round(angle / DEGREE)}° across` : "", way = apex < 0 ? ` towards the ${fretless ? "board" : "frets"}` : aside;
+  return `${fret && fretless ? noteText(bass, string, fret) : `${strings[string].name} string`}: pulled ${Math.abs(apex / MM).toFixed(2)} mm${way}, ${Math.round(place / MM)} mm from ${stop}`;
 }
 
 // Lets go of the string that the hand holds.
@@ -103,7 +105,7 @@ async function letGo() {
   if (!taken || !grip) return;
   const pull = pullOf(taken, grip), sounds = player.sound();
   Object.assign(hand, {taken: undefined, grip: undefined});
-  const made = await move({pulled: pull}, taken.file);
+  const made = await move({pulled: pull}, taken.file, RINGS);
   if (hand.taken) return; // the hand has it again
   const replay = showSlowly(made), {heights} = chosenBass().strings[pull.string];
   keepPull({name: taken.name, label: taken.label, file: taken.file, heights: {[pull.string]: heights}, pulled: pull}, replay);

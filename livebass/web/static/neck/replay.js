@@ -10,7 +10,8 @@ import {state} from "../pages/state.js";
 import {see} from "./view.js";
 import {workshop} from "../audio/workshop.js";
 
-const HEARD = 1.5; // s of a motion's sound
+export const HEARD = 1.5; // s of a motion's sound: two are compared soon
+export const RINGS = 4; // s of the sound of a string that a hand let go
 const SAID_EVERY = 100; // ms between the moments that a rolling replay says
 /** @type {{note?: KeptNote, replay?: Replay}} */
 export const kept = {}; // the last note, with the bass that played it, and its replay
@@ -35,11 +36,12 @@ export function forget() { kept.note = undefined; }
  * Has the worker make a motion and its sound.
  * @param {object} what
  * @param {ArrayBuffer} file
+ * @param {number} seconds of its sound
  * @returns {Promise<Motion>}
  */
-export function move(what, file) {
+export function move(what, file, seconds = HEARD) {
   const rate = player.context.sampleRate, copy = file.slice(0);
-  const [before, frames, length] = [SHOWN.before, SHOWN.after, HEARD].map(seconds => Math.round(seconds * rate));
+  const [before, frames, length] = [SHOWN.before, SHOWN.after, seconds].map(time => Math.round(time * rate));
   return workshop.ask({tier: PAGE.tier, rate, before, frames, heard: length, ...what, file: copy}, [copy]);
 }
 

@@ -7,13 +7,13 @@ import {backToNow, move, showSlowly} from "../neck/replay.js";
 import {hear, hush} from "../audio/sounds.js";
 import {see} from "../neck/view.js";
 
-/** @type {{story?: Story, at: number}} */
-export const telling = {at: 0};
+/** @type {{story?: Story, at: number, own: boolean}} */
+export const telling = {at: 0, own: false}; // own: somebody played a note of their own since the step began
 
 // Shows a step of a story; silent until somebody asked for sound.
 export async function showStep(/** @type {Story} */ story, /** @type {number} */ at) {
   const {bass, values, notes, says} = story.steps[at];
-  Object.assign(telling, {story, at});
+  Object.assign(telling, {story, at, own: false});
   showBar();
   chooseBench(bass, values);
   history.replaceState(null, "", `#story=${story.name}&step=${at + 1}`);
@@ -21,7 +21,7 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
   const file = await player.fileOf(bass), made = [];
   for (const [string, fret, velocity] of notes)
     made.push(await move({performed: {string, note: bassCalled(bass).strings[string].note + fret, velocity}}, file));
-  if (telling.story !== story || telling.at !== at) return; // somebody went on
+  if (telling.story !== story || telling.at !== at || telling.own) return; // somebody went on, or plays
   if (!made.length) {
     if (see.replay) backToNow();
     return;
@@ -32,7 +32,8 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
 }
 
 function showBar() {
-  const {story, at} = telling;
+  const {story, at, own} = telling;
+  $("string").classList.toggle("told", Boolean(story) && !own);
   $("story").hidden = !story;
   if (!story) return;
   $("story-at").textContent = `${at + 1} / ${story.steps.length}`;
@@ -67,4 +68,8 @@ for (const story of PAGE.stories || [])
   $(/** @type {"stories"} */ (`story-${story.name}`)).onclick = () => { go(story, 0).catch(failed); };
 $("story-back").onclick = () => { if (telling.story) go(telling.story, telling.at - 1).catch(failed); };
 $("story-next").onclick = () => { if (telling.story) go(telling.story, telling.at + 1).catch(failed); };
+player.on("struck", () => {
+  telling.own = true;
+  showBar();
+});
 addEventListener("hashchange", () => { if (player.ready) showLinkedStory(); });

@@ -100,7 +100,8 @@ def why(bass: Instrument, how: str) -> str:
 
 @pytest.mark.parametrize(
     "preset, by, wanted",
-    [("jazz-finger", 4e-3, "fret 9 stands"), ("fretless", 4e-3, "9 stands"), ("profile", 4e-3, "9 stands"),
+    [("jazz-finger", 4e-3, "fret 9 stands"), ("profile", 4e-3, "9 stands"),
+     ("fretless", 4e-3, "the board 350 mm from the nut stands"),
      ("fretless", 0.0, ""), ("profile", 0.0, ""), ("board", 4e-3, "the board stands")],
 )  # fmt: skip
 def test_what_stands_above_a_string_is_named(preset: str, by: float, wanted: str) -> None:

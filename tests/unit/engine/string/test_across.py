@@ -211,11 +211,6 @@ def pluck(preset: str, i: int, fret: int) -> Played:
     return string
 
 
-def wait(string: Played, seconds: float) -> None:
-    for _ in range(round(seconds * RATE)):
-        string.play(NONE)
-
-
 def slot_of(string: Played) -> np.void:
     return string.voice.slots[int(string.record["slot"])]
 
@@ -252,7 +247,7 @@ def held(string: Played) -> int:
 @gesture
 def hammered(string: Played) -> int:
     string.play(event(HAMMER, 7, speed=1.0))
-    wait(string, 0.1)
+    string.let_ring(0.1)
     return 7
 
 
@@ -265,21 +260,21 @@ def pulled_off(string: Played) -> int:
 @gesture
 def slid(string: Played) -> int:
     string.play(event(GLIDE, 5, seconds=22e-3))
-    wait(string, 0.2)
+    string.let_ring(0.2)
     return 5
 
 
 @gesture
 def bent(string: Played) -> int:
     string.play(event(BEND, value=2 ** (2 / 12)))
-    wait(string, 0.1)
+    string.let_ring(0.1)
     return 2
 
 
 @gesture
 def in_vibrato(string: Played) -> int:
     string.play(event(WAVER, value=0.3, rate=5.0))
-    wait(string, 0.4)
+    string.let_ring(0.4)
     return 2
 
 
@@ -288,7 +283,7 @@ def in_vibrato(string: Played) -> int:
 def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
     """In cents of partials 1 to 5, v lies from u as in the model at the technique's last fret."""
     string = pluck(preset, 2, 2)
-    wait(string, 0.05)
+    string.let_ring(0.05)
     fret = GESTURES[name](string)
     wanted = own_cents(preset, 2, fret)
     assert np.abs(wanted).min() > 0.5
@@ -300,7 +295,7 @@ def test_v_stays_in_tune_on_the_way_of_a_glide() -> None:
     """Between two frets it moves from the first one's cents to the second's, without a step."""
     preset = "fretless" + YIELDS
     string, between, last = pluck(preset, 2, 2), 0, own_cents(preset, 2, 2)
-    wait(string, 0.05)
+    string.let_ring(0.05)
     of = np.array([own_cents(preset, 2, fret) for fret in range(2, 10)])
     string.play(event(GLIDE, 9, seconds=30e-3))
     for _ in range(round(0.3 * RATE)):
@@ -327,7 +322,7 @@ def energy_across(string: Played) -> float:
 def test_fingers_only_take_from_v(places: tuple[float, ...], resistance: float) -> None:
     """Though they are fitted to the modes of u."""
     string, maximum = pluck("jazz-finger" + YIELDS, 1, 0), np.inf
-    wait(string, 0.01)
+    string.let_ring(0.01)
     before = energy_across(string)
     touches = [event(TOUCH_EVENT, finger=k, place=x, resistance=resistance, width=4e-3) for k, x in enumerate(places)]
     string.play(np.concatenate(touches))
