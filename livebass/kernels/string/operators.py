@@ -141,11 +141,8 @@ def positions(op):
 def place_of(contact, ops):
     """Returns the place of a CONTACT: its fret, or m from the nut over a board. `ops`: its string's operators."""
     op = ops[contact.fret]
-    if op.points <= MAX_NEAR:
-        stop = contact.fret  # or, over frets, the higher one that the string lies on: those beyond it are its points
-        if ops[0].points <= MAX_NEAR:
-            stop = ops[0].points - op.points
-        return np.float64(stop + 1 + contact.point)
+    if ops[0].points <= MAX_NEAR:  # frets, of which those beyond the one that the string lies on are its points
+        return np.float64(ops[0].points - op.points + 1 + contact.point)
     return ops[0].length - op.length + positions(op)[min(contact.point, op.points - 1)]
 
 

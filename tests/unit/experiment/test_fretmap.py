@@ -11,8 +11,19 @@ import numpy as np
 import pytest
 from support.command import Run, cli_text, refusal
 
-from livebass import load_preset
-from livebass.lab.experiment.fretmap import FretMap, Note, fret_map, fret_maps, in_threads, notes_of, picture, table
+from livebass import QUALITIES, load_preset
+from livebass.lab.experiment.fretmap import (
+    FretMap,
+    Note,
+    fret_map,
+    fret_maps,
+    in_threads,
+    notes_of,
+    picture,
+    solve_note,
+    table,
+)
+from livebass.model.bench import change_bass
 
 SEVENTH = 7
 
@@ -66,6 +77,14 @@ def test_contacts_of_a_choked_note_are_named_from_the_fret_it_lies_on(tmp_path: 
     assert {cell.on for cell in choked} == {12}
     hit = [cell for cell in choked if cell.contacts]
     assert hit and all(cell.hardest > 12 for cell in hit)
+
+
+def test_a_board_is_hit_at_a_place_on_it_however_little_lies_beyond() -> None:
+    """Beyond the last stops it has fewer points than a neck has frets."""
+    bass = change_bass(load_preset("fretless"), {"action": -1.15})
+    notes = [Note(bass, 0, fret, 127, 0.02, QUALITIES["live"]) for fret in (11, 17, 20)]
+    found = [solve_note(note)["hardest"] for note in notes]
+    assert all(bass.necks[0].fret_positions[10] < place < bass.strings[0].length for place in found), found
 
 
 def test_the_command_prints_draws_and_writes(run: Run, tmp_path: Path) -> None:
