@@ -86,6 +86,23 @@ def test_a_pickup_hears_the_speed_of_an_answer(preset: str) -> None:
 
 
 @pytest.mark.parametrize("preset", FRETTED)
+def test_hands_that_mute_an_idle_string_are_two_dashpots_and_the_rest_nearby(preset: str) -> None:
+    """A mode of shape s loses 3 N s/m s^2 / (mu L) at 17 and 25 % of the string each, and 12 /s; resting hands a part."""
+    made = prepared(preset, free=False)
+    part = made.instrument.player.resting_hand / 3.0
+    for i, voice in enumerate(made.voices):
+        a = voice.string["answers"][0]
+        for t in {*range(len(made.voices))} - {i}:
+            lines = np.flatnonzero((a["string"] == t) & (np.arange(MAX_ANSWERS) < a["count"]) & (a["omega"] > 0))
+            along = lines[a["across"][lines] == 0]
+            string, j = made.instrument.strings[t], np.arange(1, along.size + 1)
+            shapes = sum(np.sin(j * np.pi * place) ** 2 for place in (0.17, 0.25))
+            rate = 12.0 + 3.0 / (string.linear_density * string.length) * shapes
+            assert along.size > 3 and np.allclose(-RATE * np.log(a["muted"][along]), rate, rtol=1e-5)
+            assert np.allclose(-RATE * np.log(a["rested"][along]), part * rate, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("preset", FRETTED)
 def test_hands_mute_the_idle_strings_only_as_they_pass(preset: str) -> None:
     """They take 60 ms to another fret; after that what is left of an answer rings on."""
     engine = prepared(preset, free=False, when="held").another()
