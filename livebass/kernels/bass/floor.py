@@ -54,8 +54,10 @@ def make_floor(f, player, note, rate, gain_pole, seed):
     f.gain_pole = gain_pole
     f.closes = NEVER
     tune_band(f.band, LOWEST, player.floor_cutoff if player.floor_cutoff >= LOWEST else DULL, rate)
+    corner = player.floor_corner
     for k in range(SHELVES):
-        f.flicker[k].pole = 1.0 - exp(-np.pi * player.floor_corner / 4**k / rate)
+        f.flicker[k].pole = 1.0 - exp(-np.pi * corner / rate)
+        corner *= 0.25
 
 
 @jit
