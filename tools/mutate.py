@@ -69,6 +69,7 @@ ROUNDING = "a tolerance far above rounding and far below any real difference"
 DRAWN = "another random number, as good as this one: even about 0, and drawn for nothing else"
 SEARCH = "the search for a plate voltage takes other steps to the same nanovolt"
 FIRST = "a first guess of the points that stick or slide, which is corrected until it fits"
+DISTINCT = "a key, of which no two are alike either way"
 HARMLESS = {  # mutants that no test can notice, by file and description, and why: they are not tried
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * above"): SEARCH,
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * below"): SEARCH,
@@ -93,6 +94,10 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("player/placing.py", "LEAVING + UNEQUAL * chance(p.seed, draw + 1): + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART + DRAWS * hands.age[i]: + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART = 8796093022208 -> 8796093022207"): DRAWN,
+    ("string/answers.py", "4 * voice.idle + 2 * hands_move(voice) + voice.cut: + turned"): DISTINCT,
+    ("string/answers.py", "4 * voice.idle + 2 * hands_move(voice): + turned"): DISTINCT,
+    ("string/answers.py", "EVERY = 64 -> 63"): "flows are computed for another interval, too",
+    ("string/answers.py", "MAX_FLOW = 0.1 -> 0.2"): "no pair exchanges as much in so few frames",
     ("string/contact.py", "ENOUGH = 1e-06 -> 2e-06"): "what Newton's method leaves is the square of it",
     ("string/contact.py", "FRICTION_ENOUGH = 1e-13 -> 2e-13"): ROUNDING,
     ("string/contact.py", "abs(v.force[m]) < most: turned round"): FIRST,

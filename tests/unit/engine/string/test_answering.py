@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -21,7 +22,7 @@ from support.strings import even, linear
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
-from livebass.kernels.string.answers import EVERY
+from livebass.kernels.string.answers import EVERY, rotate_answers
 from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
 from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
@@ -85,9 +86,51 @@ def test_a_pickup_hears_the_speed_of_an_answer(preset: str) -> None:
         assert heard.size > 20 and np.allclose(damped, -a["sigma"][heard] / a["omega"][heard], rtol=1e-5)
 
 
+def test_a_sounding_line_turns_fades_and_is_heard_by_both_parts() -> None:
+    """q - i y turns by cos + i sin, faded, in a frame; before that a pickup hears a part of q and a part of y."""
+    rng, n = np.random.default_rng(1), 5
+    a = prepared(FRETTED[0]).another().voices[0].string["answers"].view(np.recarray)[0]
+    for name in ("q", "y", "heard_q", "heard_y", "now_cosine", "now_sine"):
+        a[name][:n] = rng.uniform(-1.0, 1.0, n)
+    line, turn = a.q[:n] - 1j * a.y[:n], a.now_cosine[:n] + 1j * a.now_sine[:n]
+    heard = a.heard_q[:n] @ line.real - a.heard_y[:n] @ line.imag
+    assert rotate_answers.py_func(a, n) == pytest.approx(heard, rel=1e-5)
+    assert np.allclose(a.q[:n] - 1j * a.y[:n], line * turn, rtol=1e-5)
+
+
+@pytest.mark.parametrize("preset", [*FRETTED, "five-string"])
+def test_idle_strings_are_linked_where_the_neck_joins_their_lines(preset: str) -> None:
+    """Lines of two strings along one axis, by Im G over the difference and both losses: a tenth and more."""
+    made, links = prepared(preset, free=False), 0
+    listed = []  # of each string, by string, axis and number from the lowest: where its list has that line
+    for voice in made.voices:
+        a = voice.string["answers"][0]
+        keys = [(int(a["string"][g]), int(a["across"][g])) for g in range(int(a["count"]))]
+        listed.append({(*key, keys[:g].count(key)): g for g, key in enumerate(keys)})
+    for i, voice in enumerate(made.voices):
+        a, wanted = voice.string["answers"][0], {}
+        lines = {key: g for key, g in listed[i].items() if a["omega"][g] > 0}
+        for (t, across, _), g in lines.items():
+            op = made.pool.records[t][0]
+            admittance = (ctypes.c_double * (2 * int(op["answering"]))).from_address(int(op["answers"]))
+            for (other, axis, k), h in lines.items():
+                if other <= t or axis != across:
+                    continue
+                tension = [made.instrument.strings[n].tension / made.instrument.strings[n].length for n in (t, other)]
+                pull = -np.sqrt(tension[0] * tension[1]) * admittance[2 * listed[t][other, axis, k] + 1]
+                away = abs(a["omega"][g] - a["omega"][h]) + a["sigma"][g] + a["sigma"][h]
+                if abs(abs(pull) / away - 0.1) > 1e-3:
+                    wanted[min(g, h), max(g, h)] = abs(pull) > 0.1 * away
+        found = {(int(g), int(h)) for g, h in a["link_ends"][: int(a["links"])]}
+        assert {ends for ends in found if ends in wanted} == {ends for ends, linked in wanted.items() if linked}, i
+        assert len(found) == int(a["links"])
+        links += len(found)
+    assert links > 0
+
+
 @pytest.mark.parametrize("preset", FRETTED)
 def test_hands_that_mute_an_idle_string_are_two_dashpots_and_the_rest_nearby(preset: str) -> None:
-    """A mode of shape s loses 3 N s/m s^2 / (mu L) at 17 and 25 % of the string each, and 12 /s; resting hands a part."""
+    """A mode of shape s loses 3 N s/m s^2 / (mu L) at 17 and 25 % of the string, and 12 /s; resting hands a part."""
     made = prepared(preset, free=False)
     part = made.instrument.player.resting_hand / 3.0
     for i, voice in enumerate(made.voices):
