@@ -70,6 +70,7 @@ DRAWN = "another random number, as good as this one: even about 0, and drawn for
 SEARCH = "the search for a plate voltage takes other steps to the same nanovolt"
 FIRST = "a first guess of the points that stick or slide, which is corrected until it fits"
 DISTINCT = "a key, of which no two are alike either way"
+GUARD = "no divisor but 0 is as small"
 HARMLESS = {  # mutants that no test can notice, by file and description, and why: they are not tried
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * above"): SEARCH,
     ("effects/valve.py", "0.5 -> 1.0 in 0.5 * below"): SEARCH,
@@ -94,6 +95,8 @@ HARMLESS = {  # mutants that no test can notice, by file and description, and wh
     ("player/placing.py", "LEAVING + UNEQUAL * chance(p.seed, draw + 1): + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART + DRAWS * hands.age[i]: + turned"): DRAWN,
     ("player/placing.py", "PLACES_APART = 8796093022208 -> 8796093022207"): DRAWN,
+    ("string/answers.py", "1e-300 -> 2e-300 in max(a.pair_share[p], 1e-300)"): GUARD,
+    ("string/answers.py", "1e-300 -> 2e-300 in max(sigma * a.sigma[g], 1e-300)"): GUARD,
     ("string/answers.py", "4 * voice.idle + 2 * hands_move(voice) + voice.cut: + turned"): DISTINCT,
     ("string/answers.py", "4 * voice.idle + 2 * hands_move(voice): + turned"): DISTINCT,
     ("string/answers.py", "EVERY = 64 -> 63"): "flows are computed for another interval, too",

@@ -22,7 +22,7 @@ from support.strings import even, linear
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
-from livebass.kernels.string.answers import EVERY, rotate_answers
+from livebass.kernels.string.answers import EVERY, exchanged, rotate_answers, set_flow
 from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
 from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
@@ -96,6 +96,16 @@ def test_a_sounding_line_turns_fades_and_is_heard_by_both_parts() -> None:
     heard = a.heard_q[:n] @ line.real - a.heard_y[:n] @ line.imag
     assert rotate_answers.py_func(a, n) == pytest.approx(heard, rel=1e-5)
     assert np.allclose(a.q[:n] - 1j * a.y[:n], line * turn, rtol=1e-5)
+
+
+@pytest.mark.parametrize("z", [0.1 + 0.03j, -0.08j, -0.09, 0.06 - 0.08j])
+def test_two_lines_exchange_by_the_exact_flow_of_their_coupling(z: complex) -> None:
+    """A_j' = G r A_i, A_i' = (G / r) A_j, for a time with G t = z, to the sixth order of a small z."""
+    r, lines, flow = 1.7, np.array([0.3 - 0.8j, -0.5 + 0.4j]), np.zeros(8)
+    set_flow(flow, z.real, z.imag, r)
+    q, y, x, other = exchanged(flow, lines[0].real, lines[0].imag, lines[1].real, lines[1].imag)
+    wanted = expm(np.array([[0, z / r], [z * r, 0]])) @ lines
+    assert np.allclose([q + 1j * y, x + 1j * other], wanted, rtol=0, atol=2e-7)
 
 
 @pytest.mark.parametrize("preset", [*FRETTED, "five-string"])
