@@ -56,15 +56,14 @@ def fretting_out(bass: Instrument) -> str:
     """Names the notes of `bass` that fret out, by the fret or place that they lie on; empty if there are none."""
     from livebass.model.rest import choked
 
-    necks = {string.name: neck for string, neck in zip(bass.strings, bass.necks, strict=True)}
     by_crown: dict[str, dict[str, list[int]]] = {}
     for note in choked(bass):
-        by_crown.setdefault(necks[note.string].fret_text(note.on), {}).setdefault(note.string, []).append(note.fret)
+        by_crown.setdefault(bass.neck(note.string).fret_text(note.on), {}).setdefault(note.string, []).append(note.fret)
     if not by_crown:
         return ""
     parts = []
     for on, strings in by_crown.items():
-        named = (f"{string} at {necks[string].fret_text(*frets, board='')}" for string, frets in strings.items())
+        named = (f"{string} at {bass.neck(string).fret_text(*frets, board='')}" for string, frets in strings.items())
         parts.append(f"on {on} lies {'; '.join(named)}")
     higher = "place nearer the bridge" if bass.necks[0].fretless else "higher fret"
     return f"notes fret out, and sound as the {higher} that the string lies on at rest: {', '.join(parts)}"

@@ -93,10 +93,10 @@ def check(file: str) -> None:
         click.echo(one_line(f"{file}: {line}"))
     if line := fretting_out(bass):
         click.echo(one_line(f"{file}: {line}"))
-    necks = {string.name: neck for string, neck in zip(bass.strings, bass.necks, strict=True)}
     if notes := [
-        f"{string} at {necks[string].fret_text(fret, board='')} ({abs(off):.0f} cents {'sharp' if off > 0 else 'flat'})"
+        f"{string} at {bass.neck(string).fret_text(fret, board='')} ({abs(off):.0f} cents {way})"
         for string, fret, off in wolves(bass)
+        for way in ["sharp" if off > 0 else "flat"]
     ]:
         why = "the neck resonates at the fundamental and splits it into two lines, none of them at the pitch"
         click.echo(one_line(f"{file}: {', '.join(notes)}: {why}; heavier neck.resonance_masses bring them closer"))

@@ -244,10 +244,9 @@ def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callab
 def _title(settings: Settings) -> str:
     from livebass.preset.load import load_preset
 
-    bass = load_preset(settings.preset)
-    place = bass.necks[bass.string_index(settings.string)].fret_text(settings.fret, board="at")
+    place = load_preset(settings.preset).neck(settings.string).note_text(settings.fret)
     return (
-        f"{Path(settings.preset).stem}, string {settings.string} {place if settings.fret else 'open'}, "
+        f"{Path(settings.preset).stem}, string {settings.string} {place}, "
         f"{settings.apex * 1e3:g} mm at {settings.at * 1e3:g} mm, {settings.duration:g} s, unless varied"
     )
 

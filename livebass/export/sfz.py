@@ -416,7 +416,7 @@ def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str
     hardness = forces(player)
     by_layer = [range(k, k + pack.robins) for k in range(0, len(samples), pack.robins)]
     levels = [sum(stored[i].level for i in layer) / len(layer) for layer in by_layer]
-    place = pack.bass.necks[zone.string].fret_text(zone.fret, board="at") if zone.fret else "open"
+    place = pack.bass.necks[zone.string].note_text(zone.fret)
     where = f"string {_line(pack.bass.strings[zone.string].name)}, {place}, {_technique(player, zone.string)}"
     lines = []
     for velocity, level, layer, (lowest, highest) in zip(chosen, levels, by_layer, edges(chosen), strict=True):

@@ -171,5 +171,4 @@ def stands_above(bench: np.void, state: int, names: Sequence[str], necks: Sequen
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:
         return f"{neck.fret_text(round(bench['fault_place']))} {above}"
-    stopped = neck.fret_text(stop, board="the stop") if stop else "the nut"
-    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {stopped}"
+    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {neck.stop_text(stop)}"

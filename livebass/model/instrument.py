@@ -94,6 +94,14 @@ class Neck(NeckNumbers):
         end = "the capo" if self.capo else "the nut"
         return f"{board} {run_text(frets, self._place_text)} mm from {end}".lstrip()
 
+    def note_text(self, fret: int) -> str:
+        """Names the note at a fret, 0 for the open string: "open", "fret 9" or "at 412 mm from the nut"."""
+        return self.fret_text(fret, board="at") if fret else "open"
+
+    def stop_text(self, fret: int) -> str:
+        """Names the end of a string that is stopped at a fret, 0 for the open string: the nut, a fret or the stop."""
+        return self.fret_text(fret, board="the stop") if fret else "the nut"
+
     def _place_text(self, fret: int) -> str:
         return f"{self.fret_positions[fret - 1] * 1e3:.0f}" if fret else "0"
 
@@ -244,6 +252,10 @@ class Instrument:
                 return i
         raise LookupError(f"string {name!r}: this bass has {', '.join(names)}")
 
+    def neck(self, name: str) -> Neck:
+        """Returns the neck under the string called `name`, in any case. Raises LookupError, as `string_index`."""
+        return self.necks[self.string_index(name)]
+
 
 @dataclass(frozen=True)
 class Pluck:
@@ -347,8 +359,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
         surface=surface,
         **law,
     )
-    stopped = neck.fret_text(s.stop, board="the stop") if s.stop else "the nut"
-    return on_grid(s, s.grid_points, stopped) if neck.surface else s
+    return on_grid(s, s.grid_points, neck.stop_text(s.stop)) if neck.surface else s
 
 
 @lru_cache(maxsize=256)

@@ -92,7 +92,7 @@ class _Written:
 
     @property
     def key(self) -> tuple[str, int]:
-        """What the note that continues it has, too."""
+        """Names its staff and pitch, which the note that continues it shares."""
         return staff_of(self.element), self.pitch
 
 
@@ -466,7 +466,7 @@ class Part:
         return self.is_slashed or (element.findtext("notehead") or "").strip() == SLASH
 
     def _lacks(self, element: Any) -> str:
-        """What to call a note that is not played; "" for one that shows another again, and for a rest."""
+        """Names a note that is not played; "" for one that shows another again, and for a rest."""
         if self._is_shown_again(element) or any(element.find(tag) is not None for tag in ("rest", "cue")):
             return ""
         return "slash note" if self._is_slash(element) else "note without a pitch"

@@ -88,7 +88,7 @@ class _Socket(io.RawIOBase):
 
 
 class _Request(io.BufferedReader):
-    """What a client sends. Its lines, all before the body, have at most MAX_HEAD bytes."""
+    """Reads what a client sends. Its lines, all before the body, have at most MAX_HEAD bytes."""
 
     left = MAX_HEAD
 

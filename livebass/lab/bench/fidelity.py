@@ -334,9 +334,7 @@ def waveform_error(sounds: Floats, others: Floats) -> Floats:
 
 
 def _note_label(preset: str, string: str, fret: int, velocity: int) -> str:
-    bass = load_preset(preset)
-    place = bass.necks[bass.string_index(string)].fret_text(fret, board="at") if fret else "open"
-    return f"{preset} {string} {place}, velocity {velocity}"
+    return f"{preset} {string} {load_preset(preset).neck(string).note_text(fret)}, velocity {velocity}"
 
 
 def _summary(rows: list[Row]) -> Row:

@@ -73,7 +73,7 @@ class FretMap:
 
     @property
     def steps(self) -> str:
-        """What its rows or columns are."""
+        """Names what a row of the table stands for, and a column of the picture."""
         return "semitone" if self.fretless else "fret"
 
     def values(self, quantity: str) -> Floats:
@@ -99,7 +99,7 @@ class Note:
     @property
     def name(self) -> str:
         """For messages."""
-        place = self.bass.necks[self.string].fret_text(self.fret, board="at") if self.fret else "open"
+        place = self.bass.necks[self.string].note_text(self.fret)
         return f"{self.bass.name}: string {self.bass.strings[self.string].name} {place}"
 
     @property

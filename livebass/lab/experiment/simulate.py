@@ -109,8 +109,7 @@ def simulate_to_directory(
         found = columns(solved) if analyse else {}
         _write(files, directory, solved, found | shape_columns(solved, shape_at))
     s, contacts, first = trial.speaking, solved.contacts, ""
-    neck = instrument.necks[instrument.string_index(requested.string)]
-    pressed = neck.fret_text(s.fret, board="at") if s.fret else "open"
+    neck = instrument.neck(requested.string)
     lies = f" (frets out: it lies on {neck.fret_text(s.stop)})" if s.stop != s.fret else ""
     if contacts.fret.size:
         where = f"on fret {contacts.fret[0]}"
@@ -124,8 +123,8 @@ def simulate_to_directory(
     if analyse and not can_resample(trial):
         left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
-        f"string {s.string.name} {pressed}{lies}, {requested.apex * 1e3:g} mm at {requested.at * 1e3:g} mm, "
-        f"{trial.modes} modes, "
+        f"string {s.string.name} {neck.note_text(s.fret)}{lies}, "
+        f"{requested.apex * 1e3:g} mm at {requested.at * 1e3:g} mm, {trial.modes} modes, "
         f"{trial.contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
         f"{requested.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )

@@ -45,7 +45,7 @@ class Step:
 def steps(bass: Instrument) -> list[Step]:
     """The notes to play on a bass, from the lowest string: each fret soft, medium and hard, twice each."""
     return [
-        Step(s.name, fret, neck.fret_text(fret, board="at") if fret else "open", s.open_note + fret, force, take)
+        Step(s.name, fret, neck.note_text(fret), s.open_note + fret, force, take)
         for s, neck in zip(bass.strings, bass.necks, strict=True)
         for fret in FRETS
         if fret <= len(neck.fret_positions)

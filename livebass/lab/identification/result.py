@@ -155,7 +155,7 @@ def identified_string(
 
 def with_resonances(result: Identified, bass: Instrument, resonances: Sequence[Resonance]) -> Identified:
     """Returns `result`, found with `bass`, with the law of v and the dampings of u for a neck of `resonances`."""
-    base = bass.necks[bass.string_index(result.string.name)]
+    base = bass.neck(result.string.name)
     y, found = Admittance(tuple(resonances)), result.partials
     unmeasured = replace(result.string, measured_frequencies=(), measured_dampings=())
     own = fit_own(unmeasured, _neck_with(base, unmeasured, y, None), found) if result.level_across else None

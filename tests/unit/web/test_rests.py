@@ -60,9 +60,9 @@ def test_a_choked_string_is_drawn_from_the_fret_it_lies_on() -> None:
 
 
 BARE = """
-const [bass, capo] = arguments, of = {...bass, capo};
+const [bass, capo, hit] = arguments, of = {...bass, capo};
 const notes = [noteText(of, 3, 9), noteText(of, 3, 0)];
-return [fretText(of, 3, 9), hitText(of, 0.4123), hitText(of, 22), ...notes, spanText(of, 1, 9)];
+return [fretText(of, 3, 9), hitText(of, hit), ...notes, spanText(of, 1, 9)];
 """
 
 
@@ -70,12 +70,12 @@ def test_places_of_a_bare_board_are_named_as_python_does() -> None:
     with node.node("places.js") as page:
         bare = load_preset("fretless").necks[3]
         at = f"{1e3 * bare.fret_positions[8]:.0f} mm"
-        assert page.run(BARE, bass_data("fretless", load_preset("fretless")), 0) == [
-            bare.fret_text(9), "the board 412 mm from the nut", "the end of the board",
+        assert page.run(BARE, bass_data("fretless", load_preset("fretless")), 0, 0.4123) == [
+            bare.fret_text(9), "the board 412 mm from the nut",
             "G string " + bare.fret_text(9, board="at"), "G string, open", f"0 to {at}",
         ]  # fmt: skip
-        assert page.run(BARE, bass_data("jazz", load_preset("jazz-finger")), 2) == [
-            "fret 11", "fret 2.4123", "fret 24", "G string, fret 11", "G string, open", "Frets 3 to 11",
+        assert page.run(BARE, bass_data("jazz", load_preset("jazz-finger")), 2, 22) == [
+            "fret 11", "fret 24", "G string, fret 11", "G string, open", "Frets 3 to 11",
         ]  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 // Draws the strings over the neck, the last string from the side, the last note, and the spectrum. Contacts of the last
 // moments are sparks (`drawNeck`, `drawCrowns`), those of the last note dots (`drawNote`). Without sound nothing is drawn
 // again.
-import {isAtEnd} from "./places.js";
 import {FULL_SPEED, POINTS, SHOWN} from "./see.js";
 
 const NOTE_SPAN = 1000 * SHOWN.after; // ms in the last note's picture
@@ -175,9 +174,7 @@ export class Pictures {
 
   // A contact's place, m from the nut: at a fret, or anywhere on a board.
   placeOf(string, fret) {
-    const {frets} = this.see.bass.strings[string];
-    if (!this.see.bass.fretless) return frets[fret - 1];
-    return isAtEnd(this.see.bass, fret) ? /** @type {number} */ (frets.at(-1)) : fret;
+    return this.see.bass.fretless ? fret : this.see.bass.strings[string].frets[fret - 1];
   }
 
   // --- the side ---

@@ -1,6 +1,6 @@
 // Frets and places of the neck in words. A bass without frets has none to name: its places are so many mm from the nut.
 
-/** @typedef {Pick<Bass, "capo" | "fretless"> & {strings: Pick<BassString, "name" | "frets" | "length">[]}} Neck */
+/** @typedef {Pick<Bass, "capo" | "fretless"> & {strings: Pick<BassString, "name" | "frets">[]}} Neck */
 
 const mm = (/** @type {number} */ place) => Math.round(1000 * place);
 
@@ -16,19 +16,12 @@ const fromNut = (/** @type {Neck} */ {capo}, /** @type {number} */ place) => `${
 export const fretText = (bass, string, fret, board = "the board") =>
   bass.fretless ? `${board} ${fromNut(bass, bass.strings[string].frets[fret - 1])}` : `fret ${bass.capo + fret}`;
 
-// Whether a contact of a bass without frets has no place: where only a short end of the board is left beyond the stop, the
-// kernels count its points, as over frets.
-export const isAtEnd = (/** @type {Neck} */ bass, /** @type {number} */ fret) => bass.fretless && fret > bass.strings[0].length;
-
 /**
  * What a contact hits: "fret 4", or a place of the board.
  * @param {Neck} bass
  * @param {number} fret or m from the nut
  */
-export function hitText(bass, fret) {
-  if (!bass.fretless) return `fret ${bass.capo + fret}`;
-  return isAtEnd(bass, fret) ? "the end of the board" : `the board ${fromNut(bass, fret)}`;
-}
+export const hitText = (bass, fret) => bass.fretless ? `the board ${fromNut(bass, fret)}` : `fret ${bass.capo + fret}`;
 
 /**
  * A string and where it is stopped: "E string, fret 3", "E string, open", "E string at 200 mm from the nut".
