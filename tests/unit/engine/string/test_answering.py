@@ -23,8 +23,8 @@ from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.string import answers
-from livebass.kernels.string.answers import BLOCK, EVERY, exchanged, rotate_answers, set_flow
-from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
+from livebass.kernels.string.answers import EVERY, exchanged, rotate_answers, set_flow
+from livebass.kernels.string.records import BLOCK, EVENT, IDLE, MAX_ANSWERS, PLUCK, UNKNOWN
 from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
 
@@ -267,18 +267,23 @@ def test_the_line_nearest_to_a_frequency_is_found_among_all(monkeypatch: pytest.
 
 @pytest.mark.parametrize("preset", FRETTED)
 def test_an_answer_wakes_a_mode_that_had_died(preset: str) -> None:
-    """A string of which only the lowest modes move moves on as a whole where another string gives it motion back."""
-    moving = {}
-    for idle in (0, 1):
-        engine = prepared(preset).another()
-        voice, ops = engine.voices[0], engine.pool.records[0]
-        place = float(ops[7]["length"]) - 0.15
-        pluck = np.concatenate([event(IDLE, value=idle << 1), event(PLUCK, 7, apex=1e-3, place=place)])
-        play_frames(voice, ops, pluck, np.zeros(RATE // 2))
-        slot = voice.slots[int(voice.record["slot"][0])]
-        still_modes(slot["u"], BLOCK)
-        for name in ("q", "y"):
-            voice.string["answers"][0][name] *= 1e3
-        play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(RATE // 2))
-        moving[idle] = int(slot["active"])
-    assert moving[0] == BLOCK < moving[1], moving
+    """A string of which only the lowest modes move moves higher up, too, when a line there gives it motion."""
+    engine = prepared(preset).another()
+    voice, ops = engine.voices[0], engine.pool.records[0]
+    place = float(ops[7]["length"]) - 0.15
+    pluck = np.concatenate([event(IDLE, value=2), event(PLUCK, 7, apex=1e-3, place=place)])
+    play_frames(voice, ops, pluck, np.zeros(RATE // 2))
+    slot, a = voice.slots[int(voice.record["slot"][0])], voice.string["answers"][0]
+    still_modes(slot["u"], BLOCK)
+    a["q"], a["y"] = 0.0, 0.0
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(RATE // 4))
+    assert slot["active"] == BLOCK
+    pair = int(np.flatnonzero(a["pair_mode"][: int(a["pairs"])] >= BLOCK)[0])
+    line, mode, k = int(a["pair_answer"][pair]), int(a["pair_mode"][pair]), int(voice.record["answering"][0])
+    assert a["place"][line] == UNKNOWN
+    voice.record["answering"] = k + 1
+    a["place"][line], a["line"][k], a["q"][k], a["damped_for"] = k, line, 1e-4, UNKNOWN
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(2 * EVERY))
+    woken = modal_row(slot["u"], "q")[mode]
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(1))
+    assert slot["active"] > mode and modal_row(slot["u"], "q")[mode] != woken != 0
