@@ -48,6 +48,14 @@ def scale_motion(slot: np.void, factor: float) -> None:
                 rows[name][:n] *= factor
 
 
+def still_modes(w: np.void, first: int) -> None:
+    """Sets the motion of the modes from `first` on, of one polarisation, to zero."""
+    split = int(w["split"])
+    for name in ("q", "p"):
+        w["low"][name][first:split] = 0.0
+        w["high"][name][max(first - split, 0) : ROW - split] = 0.0
+
+
 def energies(trial: Trial) -> tuple[Floats, int]:
     """Energies (J) of the frames at which no fret pushes, and the number of frames at which a fret does.
 

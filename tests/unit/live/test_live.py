@@ -88,6 +88,20 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
     assert np.abs(heard).max() > 0.05
 
 
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "precision-pick"])
+def test_strings_that_ran_ahead_take_back_what_had_begun_to_answer(preset: str) -> None:
+    """Bends soon after notes whose answers begin at once, on strings that are far ahead."""
+    bass = load_preset(preset)
+    bass = replace(bass, player=replace(bass.player, answering="always"))
+    messages = []
+    for k, key in enumerate([33, 40, 45, 28, 50, 35]):
+        on = 4000 * k + 7
+        messages += [(on, 0x90, key, 100), *((on + 130 * n, 0xE0, 0, 64 + n) for n in range(1, 8))]
+        messages += [(on + 3000, 0x80, key, 64)]
+    heard = played_ahead(bass, messages, 26000)
+    assert np.array_equal(heard, offline(bass, messages, 26000))
+
+
 def test_a_very_loud_bass_is_cut_as_the_test_of_bits_cuts_it() -> None:
     bass = load_preset("jazz-finger")
     bass = replace(bass, output=replace(bass.output, gain=30 * bass.output.gain))

@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from support.coupled import Coupled
 from support.levels import db
 from support.messages import Message, control, on, send_now
-from support.motion import answering_lines
+from support.motion import answering_lines, still_modes
 from support.own_basses import FRETTED, load_preset
 from support.played import event
 from support.quiet import ALONE, without_noise
@@ -22,8 +22,9 @@ from support.strings import even, linear
 from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row, play_frames
+from livebass.kernels.string import answers
 from livebass.kernels.string.answers import EVERY, exchanged, rotate_answers, set_flow
-from livebass.kernels.string.records import EVENT, IDLE, MAX_ANSWERS, PLUCK
+from livebass.kernels.string.records import BLOCK, EVENT, IDLE, MAX_ANSWERS, PLUCK, UNKNOWN
 from livebass.model.instrument import speaking
 from livebass.rows.arrays import Floats
 
@@ -247,3 +248,42 @@ def test_idle_strings_pass_answers_on_where_their_lines_meet(preset: str) -> Non
         found = answering_lines(voice)[[g, h]]
         error = np.abs(found - flow @ before).max()
         assert error < 0.05 * np.abs(before).max() and error < 0.3 * np.abs(found - free * before).max(), (k, error)
+
+
+def test_the_line_nearest_to_a_frequency_is_found_among_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Below the lowest and above the highest, too, where no other line is asked for."""
+    lines = 2 * np.pi * 55.0 * np.arange(1, 41) * np.sqrt(1 + 1e-4 * np.arange(1, 41) ** 2)
+
+    def line(_slot: object, _op: object, i: int, _across: bool) -> tuple[float, float]:
+        assert 0 <= i < lines.size
+        return float(lines[i]), 1.0
+
+    monkeypatch.setattr(answers, "sounding_line", line)
+    monkeypatch.setattr(answers, "modes_along_axes", lambda _op: lines.size)
+    for omega in [0.0, 2 * lines[-1], *np.random.default_rng(1).uniform(0.5 * lines[0], 1.1 * lines[-1], 200)]:
+        nearest = int(np.abs(lines - omega).argmin())
+        assert answers.nearest_line.py_func(None, None, False, omega) == (nearest, lines[nearest])
+
+
+@pytest.mark.parametrize("preset", FRETTED)
+def test_an_answer_wakes_a_mode_that_had_died(preset: str) -> None:
+    """A string of which only the lowest modes move moves higher up, too, when a line there gives it motion."""
+    engine = prepared(preset).another()
+    voice, ops = engine.voices[0], engine.pool.records[0]
+    place = float(ops[7]["length"]) - 0.15
+    pluck = np.concatenate([event(IDLE, value=2), event(PLUCK, 7, apex=1e-3, place=place)])
+    play_frames(voice, ops, pluck, np.zeros(RATE // 2))
+    slot, a = voice.slots[int(voice.record["slot"][0])], voice.string["answers"][0]
+    still_modes(slot["u"], BLOCK)
+    a["q"], a["y"] = 0.0, 0.0
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(RATE // 4))
+    assert slot["active"] == BLOCK
+    pair = int(np.flatnonzero(a["pair_mode"][: int(a["pairs"])] >= BLOCK)[0])
+    line, mode, k = int(a["pair_answer"][pair]), int(a["pair_mode"][pair]), int(voice.record["answering"][0])
+    assert a["place"][line] == UNKNOWN
+    voice.record["answering"] = k + 1
+    a["place"][line], a["line"][k], a["q"][k], a["damped_for"] = k, line, 1e-4, UNKNOWN
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(2 * EVERY))
+    woken = modal_row(slot["u"], "q")[mode]
+    play_frames(voice, ops, np.zeros(0, EVENT), np.zeros(1))
+    assert slot["active"] > mode and modal_row(slot["u"], "q")[mode] != woken != 0
