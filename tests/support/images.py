@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -9,6 +10,10 @@ import numpy as np
 
 from livebass.engine import engine
 from livebass.engine.image import Bass, Image, Pool, image, zeroed_lines
+from livebass.kernels.bass.instrument import FILE_BYTES, WORD
+
+IN_POOLS = ("tiers", "sensed", "carried", "strings", "frets", "hand")  # of INSTRUMENT, what kernels/bass/pool.py reads
+MAX_POOLS = 24
 
 
 class Kept(Image):
@@ -23,9 +28,19 @@ class Kept(Image):
 
     def pool(self, tier: int, rate: int) -> Pool:
         if (tier, rate) not in self.pools:
-            self.pools[tier, rate] = super().pool(tier, rate)
+            key = self.strings_digest, self.exact, tier, rate
+            self.pools[tier, rate] = POOLS[key] = POOLS.pop(key, None) or super().pool(tier, rate)
             self.pools[tier, rate].memory.flags.writeable = False
+            if len(POOLS) > MAX_POOLS:
+                del POOLS[next(iter(POOLS))]  # the one that was not needed for longest
         return self.pools[tier, rate]
+
+    @cached_property
+    def strings_digest(self) -> bytes:
+        """Of all that operators depend on: players who differ share them."""
+        given = (self.numbers[name].tobytes() for name in IN_POOLS)
+        lists = self.words[FILE_BYTES // WORD : int(self.head["words"]) - 1]  # the last one is the checksum
+        return hashlib.sha256(b"".join((*given, lists.tobytes()))).digest()
 
     @cached_property
     def silent(self) -> dict[Any, Silent | None]:
@@ -40,6 +55,9 @@ class Kept(Image):
         if not (kept := self.silent[key]):
             self.silent[key] = kept = Silent(*[super(Kept, self).bass(*requested, **more) for _ in range(2)])
         return kept.copy()
+
+
+POOLS: dict[Any, Pool] = {}  # those of the last images
 
 
 class Silent:

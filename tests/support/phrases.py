@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ RATE = 48_000
 BEAT = 0.5  # s
 
 
+@cache  # phrases have few notes, many times
 def plucked(f0: float, held: float, end: float, seconds: float = BEAT, t60: float = 6.0) -> Floats:
     """A note with a bright attack that falls by `end` dB/s after `held` (s); its first 0.15 s have a level of 0 dB."""
     t = np.arange(round(seconds * RATE)) / RATE
@@ -19,9 +21,12 @@ def plucked(f0: float, held: float, end: float, seconds: float = BEAT, t60: floa
     sound = sound + 0.5 * np.exp(-t / 0.02) * sum(np.sin(2 * math.pi * j * f0 * t + j**2) for j in range(12, 40)) / 10
     sound = sound * 10 ** (-3 * t / t60)
     sound /= math.sqrt(float(np.mean(sound[: round(0.15 * RATE)] ** 2)))
-    return np.asarray(sound * 10 ** (-end * np.maximum(t - held, 0) / 20))
+    sound *= 10 ** (-end * np.maximum(t - held, 0) / 20)
+    sound.flags.writeable = False
+    return sound
 
 
+@cache
 def burst(low: float, high: float, seconds: float, level_db: float, seed: int = 3) -> Floats:
     """Noise of a band that swells and fades; its loudest 20 ms have this level."""
     n = round(seconds * RATE)
@@ -29,7 +34,9 @@ def burst(low: float, high: float, seconds: float, level_db: float, seed: int = 
     nu = np.fft.rfftfreq(n, 1 / RATE)
     sound = np.fft.irfft(np.where((nu > low) & (nu < high), spectrum, 0), n) * np.hanning(n)
     power = np.convolve(sound**2, np.ones(round(0.02 * RATE)) / round(0.02 * RATE), "same")
-    return np.asarray(sound * 10 ** (level_db / 20) / math.sqrt(float(power.max())))
+    sound *= 10 ** (level_db / 20) / math.sqrt(float(power.max()))
+    sound.flags.writeable = False
+    return sound
 
 
 def add(sound: Floats, at: float, part: Floats) -> None:

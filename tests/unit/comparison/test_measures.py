@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,13 +48,21 @@ def test_decay_and_levels() -> None:
     assert math.isnan(found["t60_3200"]) and "no partial" in found.missing["t60_3200"]
 
 
-def in_noise(floor: float, seed: int, seconds: float = 3.0) -> Floats:
-    """Partials up to 6 kHz with T60 of 6 s, from 800 Hz on 3 s, in white noise `floor` dB below the first of them."""
+@cache
+def wide(seconds: float) -> Floats:
+    """Partials up to 6 kHz with T60 of 6 s, from 800 Hz on 3 s."""
 
     def level(j: int, t: Floats) -> Floats:
         return 10 ** (0.06 * (j - 1)) * 10 ** (-3 * t / (6.0 if j * F0 < 800 else 3.0))
 
     sound = note(count=90, t60=1e9, level=level, seconds=seconds)  # each partial 0.8 dB below the last
+    sound.flags.writeable = False
+    return sound
+
+
+def in_noise(floor: float, seed: int, seconds: float = 3.0) -> Floats:
+    """`wide`, in white noise `floor` dB below the first of its partials."""
+    sound = wide(seconds)
     first = 2 * abs(np.mean(sound[:RATE] * np.exp(-2j * math.pi * F0 * TIME[:RATE])))
     noise = np.random.default_rng(seed).normal(size=sound.size)
     return sound + first * 10 ** (-floor / 20) * noise / math.sqrt(2)

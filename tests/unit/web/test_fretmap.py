@@ -28,7 +28,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[node.Page]:
 def test_the_pages_cells_are_those_of_the_library(page: node.Page, name: str) -> None:
     """Contact can be chaotic, and the two round differently: nine notes in ten are the same."""
     bass, frames = load_preset(name), round(DURATION * RATE)
-    frets, ends, same = [0, 1, 3, 5, 7, 9, 12, 15], (0, len(bass.strings) - 1), []
+    frets, ends, same = [0, 1, 5, 9, 15], (0, len(bass.strings) - 1), []
     notes = [note for note in notes_of([bass]) if note.string in ends and note.fret in frets]
     (made,) = fret_maps(notes, in_threads)
     for i, cells in zip(ends, made.strings, strict=True):
@@ -39,7 +39,7 @@ def test_the_pages_cells_are_those_of_the_library(page: node.Page, name: str) ->
             measured = (found["contacts"], hardest, found["speed"], found["last"] / RATE)
             same.append(measured == pytest.approx(wanted, rel=1e-6, abs=1e-6, nan_ok=True))
     assert np.mean(same) >= 0.9, same
-    assert made.values("contacts").sum() > 500
+    assert made.values("contacts").sum() > 300
 
 
 def test_a_higher_neck_touches_less(page: node.Page) -> None:
