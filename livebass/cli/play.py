@@ -214,7 +214,7 @@ def play(**options: Any) -> None:
         try:
             check_output("portaudio", options["audio"])
         except OutputLost as error:
-            say(f"as remembered: {error}; the usual output is taken")
+            say(f"as remembered: {error}; uses the default output")
             options["audio"] = None
     music = Music(options, requested, hands, behind, memory)
     settings = Settings(

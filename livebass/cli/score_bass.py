@@ -27,7 +27,7 @@ def programs_of(score: Score) -> dict[int, str]:
 
 
 def preset_of(score: Score | None, default: str) -> str:
-    """The preset that a file begins with, by its program or named by a take, else the usual one."""
+    """The preset that a file begins with, by its program or named by a take, else the default one."""
     return default if score is None or score.program is None else programs_of(score).get(score.program, default)
 
 

@@ -233,7 +233,7 @@ class _Writer:
 
 
 def _default(events: Iterable[Event]) -> list[tuple[int, int, Message]]:
-    """The usual values of all that moves later than at the beginning: a loop has them again."""
+    """The default values of all that moves later than at the beginning: a loop has them again."""
     first: dict[tuple[object, ...], tuple[int, Message]] = {}
     for tick, _, m in sorted(events, key=lambda event: event[:2]):
         if m.type in ("control_change", "pitchwheel", "aftertouch"):

@@ -78,7 +78,7 @@ lb_bass *lb_take_next(lb_synth *);
 lb_bass *lb_take_faded(lb_synth *);
 
 /* Messages are for the frame `offset` of the next block; offsets must not decrease within a block. Values are clamped
-   to their limits; NaN is the usual value. [audio thread] */
+   to their limits; NaN is the default value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; anything else is ignored */
 /* Moves a controller on every channel, for notes of all channels. */
 void lb_send_everywhere(lb_synth *, int64_t offset, int controller, int value);

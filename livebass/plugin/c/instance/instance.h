@@ -218,7 +218,7 @@ void lb_read_values(const lb_instance *, double to[LB_PARAMETERS]); /* all of th
 int lb_bass_number(const lb_instance *, double bass); /* of the bass that plays: beyond the only one that one */
 int lb_parameter_called(const char *symbol); /* by its symbol or an older one; -1: none but the bass, which has a name */
 int lb_is_slider(int parameter); /* on the bench: it changes the bass */
-/* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the usual value. */
+/* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the default value. */
 double lb_allowed(const lb_instance *, int parameter, double value);
 double lb_maximum(const lb_instance *, int parameter);
 /* The value in a new instance: the quality is the first bass's in the instrument list. */
@@ -321,7 +321,7 @@ void lb_close_song(lb_instance *);      /* frees all songs. [no thread plays] */
 
 /* The bass and the processor's parameters belong to no side. */
 int lb_is_of_sides(int parameter);
-void lb_begin_sides(lb_instance *); /* A is active; B's values are usual. [not while there is a window] */
+void lb_begin_sides(lb_instance *); /* A is active; B has default values. [not while there is a window] */
 /* Switches between A and B: swaps all values, except the bass and the processor's, with the other side's.
    [the window's thread] */
 void lb_swap_sides(lb_instance *);

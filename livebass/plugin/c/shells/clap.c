@@ -402,7 +402,7 @@ static uint32_t latency(const clap_plugin *p) { return 0; }
 
 static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
 
-/* Chooses a bass, with the usual value of every parameter; returns 0 if no bass has that name. */
+/* Chooses a bass, with the default value of every parameter; returns 0 if no bass has that name. */
 static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;

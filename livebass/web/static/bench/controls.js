@@ -1,4 +1,4 @@
-// Sliders and switches, one per parameter of the playing; its usual value changes nothing on the bass.
+// Sliders and switches, one per parameter of the playing; its default value changes nothing on the bass.
 import {$, PAGE, chosenBass} from "../pages/page.js";
 import {player} from "../audio/player.js";
 
