@@ -7,16 +7,19 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from livebass import QUALITIES
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
+from livebass.rows.arrays import Ints
 from livebass.system.cores import core_count
 from support.live import RATE
 from support.own_basses import load_preset
 from support.scores import SWITCH_KEYS
 
 GAPS = (3, 50, 400)  # average frames between messages, for a while
+CHANNELS = (0, 1, 2)
 TOGETHER = 25  # messages of one density and one channel
 CONTROLLERS = (1, 5, 6, 7, 9, 11, 16, 38, 64, 65, 68, 74, 98, 100, 101, 120, 121, 123, 126, 127)
 LOUDEST = 8.0  # times the loudest single hard note: pops lift strings twice as far, and bends tighten them
@@ -38,6 +41,13 @@ def random_message(rng: np.random.Generator, channel: int) -> tuple[int, int, in
     if kind < 0.9:
         return 0xB0 | channel, int(rng.choice(CONTROLLERS)), value
     return int(rng.choice([0xE0, 0xE0, 0xD0])) | channel, value, int(rng.integers(128))
+
+
+def random_events(rng: np.random.Generator) -> tuple[Ints, NDArray[np.uint8]]:
+    """Frames from now on (TOGETHER,) and messages (TOGETHER, 3), of one density and one channel."""
+    channel, gap = int(rng.choice([0, 0, *CHANNELS])), float(rng.choice(GAPS))
+    frames = np.cumsum(rng.exponential(gap, TOGETHER).astype(np.int64))
+    return frames, np.array([random_message(rng, channel) for _ in range(TOGETHER)], np.uint8)
 
 
 @dataclass(frozen=True)
@@ -92,10 +102,10 @@ def bear(preset: str, tier: str, events: int, seed: int) -> Borne:
 
     try:
         while sent < events:
-            channel, gap = int(rng.choice([0, 0, 0, 1, 2])), float(rng.choice(GAPS))
-            frames = synth.frame + np.cumsum(rng.exponential(gap, TOGETHER).astype(np.int64))
-            for frame in frames.tolist():
-                assert synth.send(*random_message(rng, channel), frame=frame)
+            frames, messages = random_events(rng)
+            frames += synth.frame
+            for frame, (status, first, second) in zip(frames.tolist(), messages.tolist(), strict=True):
+                assert synth.send(status, first, second, frame=frame)
             sent += TOGETHER
             while synth.frame <= frames[-1]:
                 play(int(rng.choice(BLOCKS)))

@@ -10,19 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from support.costs import quick
-from support.events import GAPS, LOUDEST, TOGETHER, random_message
+from support.events import CHANNELS, LOUDEST, TOGETHER, random_events
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
-from livebass.rows.arrays import Ints
 from livebass.score.score import score_of
 
 RATE = 48000
 EVENTS = 100_000  # over all presets
-CHANNELS = (0, 1, 2)
 LONGEST = 8192  # frames of a block
 
 
@@ -31,13 +28,6 @@ def loudest_note(bass: Engine) -> float:
     keys = [string.open_note for string in bass.instrument.strings]
     notes = [(0.3 * k, 0.2, key, 127) for k, key in enumerate([*keys, keys[-1] + bass.frets - 1])]
     return max(float(np.abs(block).max()) for block in bass.another().play(score_of(notes, RATE), 0.0))
-
-
-def random_events(rng: np.random.Generator) -> tuple[Ints, NDArray[np.uint8]]:
-    """Frames from now on (TOGETHER,) and messages (TOGETHER, 3)."""
-    channel, gap = int(rng.choice([0, 0, *CHANNELS])), float(rng.choice(GAPS))
-    frames = np.cumsum(rng.exponential(gap, TOGETHER).astype(np.int64))
-    return frames, np.array([random_message(rng, channel) for _ in range(TOGETHER)], np.uint8)
 
 
 def assert_it_bears(preset: str, events: int, seed: int) -> None:
