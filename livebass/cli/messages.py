@@ -65,8 +65,8 @@ def fretting_out(bass: Instrument) -> str:
     for on, strings in by_crown.items():
         named = (f"{string} at {bass.neck(string).fret_text(*frets, board='')}" for string, frets in strings.items())
         parts.append(f"on {on} lies {'; '.join(named)}")
-    higher = "place nearer the bridge" if bass.necks[0].fretless else "higher fret"
-    return f"notes fret out, and sound as the {higher} that the string lies on at rest: {', '.join(parts)}"
+    sound = "sound as the place nearer the bridge" if bass.necks[0].fretless else "soon die away at the higher fret"
+    return f"notes fret out, and {sound} that the string lies on at rest: {', '.join(parts)}"
 
 
 def say_choked(basses: Iterable[Instrument]) -> None:

@@ -11,8 +11,8 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, records, reports, runs, stop, tension, touch, turning
-from livebass.kernels.string.slot import REST_EVERY, allow_exchange, remove_thumb, rest_slot
+from livebass.kernels.string import answers, draped, glide, modal, records, reports, runs, stop, tension, touch, turning
+from livebass.kernels.string.slot import REST_EVERY, allow_exchange, is_touched, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -397,8 +397,10 @@ def move_string(string, ops):
             over = voice.over_board if op.points > records.MAX_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
             if slot.hand < 1.0:
+                draped.leave_rest(slot, op)
                 modal.scale(slot.u, slot.active, slot.hand)
                 modal.scale(slot.v, slot.v_active, slot.hand)
+                draped.return_to_rest(slot, op)
         if slot.thumb.on != records.NONE:
             thumb.take_off(slot, op, after)
         if slot.offset != 0.0:
@@ -411,7 +413,12 @@ def move_string(string, ops):
             stop.raise_obstacles(slot, op, after)
         due = turning.count_frame(slot)
         own_due = own_due or (due and k == voice.slot)
+        from_rest = op.draped and not slot.moving and is_touched(voice)
+        if from_rest:
+            draped.leave_rest(slot, op)
         touch.touch_string(voice, slot, op, due)
+        if from_rest:
+            draped.return_to_rest(slot, op)
         if voice.stretch > 0.0 and slot.active > 0 and not slot.steady:
             tension.tighten_by_motion(voice, slot, op, steps * op.fine)
         if tighter != 0.0:

@@ -275,10 +275,10 @@ class Speaking(NoteNumbers):
 
     string: String
     fret: int  # as requested; 0 is open
-    stop: int  # fret the string rests on: one beyond `fret` if that is high enough to choke the note
+    stop: int  # fret at which it ends: `fret`, or on a board a place beyond that is high enough to choke the note
     contact_fret: tuple[int, ...]  # (P,) fret number of each obstacle; 0: wood
     contact_position: tuple[float, ...]  # (P,) x_m, m from the stop, on the grid
-    contact_height: tuple[float, ...]  # (P,) g, m; negative: below the string at rest
+    contact_height: tuple[float, ...]  # (P,) g, m; positive: above the line from the stop, it carries the string
     admittance: Admittance  # of the neck at the stop
     admittance_across: Admittance  # the same for motion across, if `own_across`
     surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
@@ -327,10 +327,12 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
 
     A note is in tune (`String.frequency`) wherever its fret lies, as with a compensated saddle; a note with an offset
     of its own gets another tension. If a crown nearer the saddle stands above the line from the pressed fret to the
-    saddle, the string rests on that crown. The neck shifts each mode differently (law.py): the first one is in tune.
+    saddle, the string lies on that crown (model/rest.py); on a board it ends there. The neck shifts each mode
+    differently (law.py): the first one is in tune.
     kernels/string/note.py computes the note.
 
-    Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
+    Raises ValueError for a fret the neck does not have, and if a fret stands above the open string at rest, or the
+    board above the sounding one.
     """
     count = len(neck.fret_positions)
     if not 0 <= fret <= count:

@@ -1,9 +1,12 @@
 """The fret that a pressed string lies on at rest: its own, or a higher one whose crown stands in its way and chokes it.
 
 Statics. At rest a taut string over crowns takes the shortest way above them: the upper convex hull of the pressed
-crown, the crowns beyond, and the saddle. The part that sounds ends at the last crown it touches. Bending stiffness only
-rounds the corners, over sqrt(E I / T), some millimetres. kernels/string/note.py finds that crown for every note that is
-made; this asks it before any note is.
+crown, the crowns beyond, and the saddle. Bending stiffness only rounds the corners, over sqrt(E I / T), some
+millimetres. The last crown carries most of it, with the force T (h / x + h / (L - x)) of a corner h high: 0.1 N on a
+very low bass, where a finger presses with ten. So a pluck lifts the string off, it hits crowns as it comes back, and
+what is left dies away at the pitch of that crown, at the rate at which the crown's loss takes energy: the crown resists
+with c times its force (kernels/string/contact.py). kernels/string/draped.py computes it. A bare board is taken to hold
+the string like a finger: the note then sounds as the place that it lies on (kernels/string/note.py).
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ class Choked(NamedTuple):
     string: str  # its name
     fret: int  # that is pressed ...
     on: int  # ... and that it lies on
-    frequency: float  # Hz, that sounds
+    frequency: float  # Hz, at which it dies away; over a board, that sounds
 
 
 def lies_on(string: String, neck: Neck, fret: int) -> int:

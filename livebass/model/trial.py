@@ -167,7 +167,7 @@ def checked_trial(
 
 def _lowest_apex(s: Speaking, at: float) -> float:
     """The apex (m, below 0) at which a string pulled towards the neck at `at` (m from the stop) meets an obstacle."""
-    x, height = np.array(s.contact_position), np.array(s.contact_height)
+    x, height = np.array(s.contact_position), np.minimum(s.contact_height, 0.0)
     part = np.where(x < at, x / at, (s.length - x) / (s.length - at))
     return float(np.max(height / part, initial=-math.inf))
 

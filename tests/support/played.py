@@ -12,6 +12,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
 from livebass.kernels.string.records import BLOCK, EVENT, GAIN
+from livebass.model.bench import change_bass
 from livebass.model.instrument import Instrument
 from livebass.model.neck import Admittance
 from livebass.model.quality import MAX_MODES
@@ -21,6 +22,7 @@ from support.strings import turn_axes, yielding
 RATE = 48000
 YIELDS = " that yields"  # after the name of a preset: with necks made by `yielding`
 TURNED = " with turned axes"  # the same: with necks made by `turn_axes`
+FRETS_OUT = " that frets out"  # the same: with a very low action, so that high notes lie on fret 20
 RINGS_ON = " that rings on"  # the same: strings with hardly any loss, on rigid necks
 
 
@@ -37,10 +39,15 @@ def engine(preset: str, quality: str = "live") -> Engine:
 
 def made_of(preset: str) -> Instrument:
     """The bass of a preset, its necks changed if the name says so."""
-    for ending, change in ((YIELDS, yielding), (TURNED, turn_axes)):
+    for ending, change in ((YIELDS, yielding), (TURNED, turn_axes), (FRETS_OUT, lowered)):
         if preset.endswith(ending):
             return change(load_preset(preset.removesuffix(ending)))
     return load_preset(preset)
+
+
+def lowered(bass: Instrument) -> Instrument:
+    """The bass with an action of 0.7 mm under its first string."""
+    return change_bass(bass, {"action": 0.7 + 1e3 * bass.necks[0].fret_heights[11]})
 
 
 class Played:
@@ -105,6 +112,8 @@ class Played:
         works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
         works = works or r["slide_to"] >= 0  # works, and scrapes the windings
         works = works or any(slot["on"] and slot["thumb"]["on"] for slot in self.voice.slots)
+        on = [slot for slot in self.voice.slots if slot["on"] and not slot["between"]]
+        works = works or any(slot["sunk"] and self.ops[int(slot["fret"])]["draped"] for slot in on)
         return bool(works), float(r["tuned"]), int(r["slot"])
 
 

@@ -264,6 +264,7 @@ interface Motion {
   rows: Float32Array;
   across: Float32Array;
   slots: Float64Array;
+  lies: number;
   sound: Float32Array<ArrayBuffer>;
   contacts: number[];
   first: number;

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import end_pull, grip, release_held_shape, shapes_of_pluck
 from livebass.kernels.machine.native import copy_record
-from livebass.kernels.string import glide, handover, modal, runs, stop
+from livebass.kernels.string import draped, glide, handover, modal, runs, stop
 from livebass.kernels.string.slot import (
     SAFETY,
     SAFETY_HANDED,
@@ -37,6 +37,7 @@ def prepare_string(string, ops, fret):
         change_fret(string, ops, fret, GENTLY, 0.0)
     elif not slot.on:
         load_slot(string, ops, voice.slot, fret)
+        draped.hide_step(voice, slot, ops[fret])
     slots[voice.slot].hand = 1.0
 
 
@@ -78,7 +79,7 @@ def change_fret(string, ops, fret, finger, held):
     if old.v_active > 0 or old.stop_v.place != 0.0:
         wake_v(new, to)
     shorter = op.length - to.length
-    if abs(shorter) < handover.CLOSE:  # one high fret stops both
+    if abs(shorter) < handover.CLOSE:  # one high place of a board stops both
         copy_motion(old, op, new, to)
         if old.between:
             stop.begin_path(new.stop_u, old.stop_u.place, old.stop_u.speed, GENTLY, voice)

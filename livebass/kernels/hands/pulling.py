@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.noise import is_pulling
 from livebass.kernels.machine.elementary import cos, exp, sin, square
-from livebass.kernels.string import glide, modal
+from livebass.kernels.string import draped, glide, modal
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import hand_heights, heights, positions
 from livebass.kernels.string.records import COMING
@@ -162,7 +162,9 @@ def excite(voice, slot, op):
     """Applies finger and thumb to the string before this frame's motion."""
     n = op.padded
     if voice.fingering > 0:
+        draped.leave_rest(slot, op)
         modal.damp_by_finger(slot.u, n, slot.u.finger)
+        draped.return_to_rest(slot, op)
         modal.damp_by_finger(slot.v, slot.v_active, slot.v.finger)
         invalidate_contact(slot.u, op)  # the finger moves the string, so the earlier penetration is stale
         invalidate_contact(slot.v, op)

@@ -169,6 +169,7 @@ def make_operator(string, ops, k, length):
     op.split = min(min(a.split, b.split), op.padded)
     op.leaps = 1
     op.points = 0
+    op.draped = 0
     op.coefficients = record_address(made) + ROWS
     op.coefficients_v = op.coefficients
     set_glide_coefficients(slot.u, op, op.coefficients, a, a.coefficients, b, b.coefficients, x)

@@ -106,6 +106,11 @@ def two(low, high):
 
 
 @jit
+def greater(low, high):
+    return max(low, high)
+
+
+@jit
 def four(low, high):
     return low[0] + high[0], low[1] + high[1], low[2] + high[2], low[3] + high[3]
 
@@ -529,6 +534,35 @@ def step_before(rows, j, q, p):
     """Displacement of mode `j` a fine step before (q, P): q^{n-1} = q - (P + (E^2 - a) q) / E^2."""
     kept = rows.kept[j]
     return q - (p + like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - kept)) * q) / kept
+
+
+@jit
+def spring_of(w, j):
+    """The coefficient `spring` of mode `j`."""
+    if j < w.split:
+        return w.low.spring[j]
+    return np.float64(w.high.spring[j - w.split])
+
+
+@along()
+@ordered
+def add_rest(rows, n, rest, part):
+    """Adds `part` of a state at rest under forces that act after each fine step (draped.py): d = 0."""
+    for j in range(n):
+        x = like(rows, part * rest[j])
+        rows.q[j] += x
+        rows.p[j] -= like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - rows.kept[j])) * x
+
+
+@over(greater)
+@ordered
+def fastest_mode(rows, n):
+    """The greatest d^2, m^3, of a mode: of its displacement in a fine step."""
+    most = like(rows, 0.0)
+    for j in range(n):
+        d = rows.q[j] - step_before(rows, j, rows.q[j], rows.p[j])
+        most = max(most, d * d)
+    return most
 
 
 @at(one)

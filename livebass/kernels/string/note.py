@@ -74,7 +74,7 @@ def bow_through(numbers, frets, count, x):
 
 @shared
 def resting_on(string, numbers, fret):
-    """The fret that the string rests on when stopped at `fret`: a later fret if that is high enough to choke it."""
+    """The last fret that the string rests on when stopped at `fret`: a later one if that is high enough to choke it."""
     stop = fret
     if fret == 0:
         return stop
@@ -102,10 +102,11 @@ def make_note(string, numbers, fret, note, lists, end):
     A note is in tune wherever its fret is, as with a compensated saddle; a note with its own offset has another
     tension. The neck shifts each mode by a different part (law.py): the first mode is in tune.
 
-    Returns the fret it rests on, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the string at rest,
-    and the end of the lists.
+    Over frets the string may lie on higher crowns (draped.py); over a board it ends at the last of them. Returns the
+    fret it ends at, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the open string at rest, and the
+    end of the lists.
     """
-    stop = resting_on(string, numbers, fret)
+    stop = resting_on(string, numbers, fret) if string.surface_count > 0 else fret
     note.length = string.length - crown(string, numbers, stop)[0]
     note.grid_points = max(MIN_GRID, int(np.rint(note.length / string.grid_step)))
     take_numbers(string, numbers, stop, note)
@@ -301,9 +302,10 @@ def hypotenuse(a, b):
 
 @shared
 def set_obstacles(string, numbers, stop, note, lists, end):
-    """Lists the crowns beyond a stop, on the grid, as the string at rest sees them.
+    """Lists the crowns beyond a stop, on the grid; heights count from the line from the stop to the saddle.
 
-    Returns MADE or CROWN_ABOVE, the crown above the string at rest, its height (m), and the end of the list.
+    Returns MADE, or CROWN_ABOVE if a crown stands above that line of an open string, the crown, its height (m), and the
+    end of the list.
     """
     x_stop, h_stop = crown(string, numbers, stop)
     step = note.length / note.grid_points
@@ -311,10 +313,10 @@ def set_obstacles(string, numbers, stop, note, lists, end):
     for k in range(stop + 1, string.frets_count + 1):
         x, h = crown(string, numbers, k)
         height = h - h_stop * (string.length - x) / note.length
-        if height > ROUNDING:
+        if height > ROUNDING and stop == 0:
             return CROWN_ABOVE, k, height, end
         lists[end] = np.rint((x - x_stop) / step) * step
-        lists[end + 1] = height if height < 0.0 else 0.0
+        lists[end + 1] = height if height < 0.0 or height > ROUNDING else 0.0
         end += 2
     return MADE, 0, 0.0, end
 

@@ -159,6 +159,12 @@ def coupling(op, m):
 
 
 @inlined
+def yields(op, m):
+    """Row `m` of the static compliance of a draped string, (points,): m of u at point `m` per unit f at each."""
+    return floats_at(op.yields + DOUBLE * m * op.points, op.points)
+
+
+@inlined
 def left_out(op, m):
     """Row `m` of R, (points,): like `coupling`, but static, by the omitted modes; not for boards."""
     return floats_at(op.left_out + DOUBLE * m * op.points, op.points)

@@ -44,6 +44,7 @@ from livebass.kernels.string.operators import (
     put_number,
     shape_row,
     tap_row,
+    yields,
 )
 from livebass.kernels.string.records import BLOCK, DOUBLE, LONGER, LOW, MAX_NEAR, OPERATOR, PART, WHOLE
 from livebass.rows.parts import MAX_GRID, TURNED_MODES, NoteNumbers
@@ -168,6 +169,22 @@ def have_same_shapes(work, note, other):
 
 
 @jit
+def carrying(work, note):
+    """1 + the last contact point that carries the string at rest; 0: no crown is above the line from stop to saddle.
+
+    From there to the saddle is steepest.
+    """
+    last, steepest = np.int64(0), 0.0
+    if note.surface_count > 0:
+        return last
+    for m in range(note.obstacles_count):
+        x, h = list_value(work, note.obstacles, 2 * m), list_value(work, note.obstacles, 2 * m + 1)
+        if h > steepest * (note.length - x):
+            last, steepest = np.int64(m + 1), h / (note.length - x)
+    return last
+
+
+@jit
 def measure(work, note, op, shared):
     """Adds a note's operator's needs to `words` and `table_words`; `shared`: it shares its shapes."""
     op.modes = note.modes
@@ -176,6 +193,7 @@ def measure(work, note, op, shared):
     op.points = points_of(work, note)
     op.turned = min(op.padded, TURNED_MODES) if are_turned(note) else 0
     op.shared = np.int64(1 if shared else 0)
+    op.draped = carrying(work, note)
     set_parts(work, op)
     work.words += lay_out(work, note, op, np.int64(0)) // DOUBLE
     work.table_words = max(work.table_words, behind_table(note) + op.points)
@@ -221,6 +239,7 @@ def fill_operator(work, note, op):
     set_taps(work, note, op)
     if op.points <= MAX_NEAR:
         set_coupling(work, note, op)
+        set_yields(op)
     set_answers(work, note, op)
     return np.int64(DONE)
 
@@ -261,7 +280,9 @@ def lay_out(work, note, op, place):
     op.answers = op.left_out + DOUBLE * square
     op.answering = note.answers_count
     op.turning = op.answers + DOUBLE * 2 * op.answering
-    return op.heights + DOUBLE * blocks(3 * op.points + 2 * (square + op.answering) + EXCHANGE_ROWS * op.turned)
+    op.yields = op.turning + DOUBLE * EXCHANGE_ROWS * op.turned
+    more = (2 + op.draped) * square + 2 * op.answering + EXCHANGE_ROWS * op.turned
+    return op.heights + DOUBLE * blocks(3 * op.points + more)
 
 
 @inlined
@@ -546,6 +567,21 @@ def set_coupling(work, note, op):
             coupling(op, k)[m] = coupling(op, m)[k]
             left_out(op, m)[k] *= compliance
             left_out(op, k)[m] = left_out(op, m)[k]
+
+
+@jit
+def set_yields(op):
+    """Fills the static compliance of a draped string: a constant f adds push f phi / spring to a mode (draped.py)."""
+    if not op.draped:
+        return
+    spring = mixed_coefficient(op.coefficients, op, SPRING)
+    for m in range(op.points):
+        for k in range(m + 1):
+            x, one, other = 0.0, shape_row(op, m), shape_row(op, k)
+            for j in range(op.modes):
+                x += number_at(one, op, j) * number_at(other, op, j) / number_at(spring, op, j)
+            yields(op, m)[k] = op.push * x + left_out(op, m)[k]
+            yields(op, k)[m] = yields(op, m)[k]
 
 
 @jit

@@ -179,6 +179,8 @@ OPERATOR = np.dtype(
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
         ("left_out", "i8"),  # address of R: the same by the omitted modes, static
+        ("draped", "i8"),  # 1 + the last contact point that carries the string at rest (draped.py); 0: none does ...
+        ("yields", "i8"),  # ... and the address of its static compliance at the points: m at one per unit f at another
         ("answers", "i8"),  # address of the nut's Re Y and Im Y (m/s/N) from this stop, for each line that may answer
         ("answering", "i8"),  # ... and their number
         ("turning", "i8"),  # address of the rates at which u and v exchange amplitudes (operators.exchange_row) ...
@@ -293,6 +295,7 @@ SLOT = on_lines(
         ("hand", "f8"),  # factor per frame, 1 if no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
         ("thumb", THUMB),
+        ("still", "i8"),  # looks in a row that found a draped string at rest (draped.py)
         ("answer_speed", "f8"),  # sum of squared velocity amplitudes that answers could give back, m^3/s^2 ...
         ("answer_sum", "f8"),  # ... and of amplitudes, m^1.5
         ("u", WORK),
@@ -305,6 +308,7 @@ SLOT = on_lines(
         _row("friction_points", "i8"),  # ... and in v
         ("coupled", "i8"),  # key of u.coupling: the address of W ...
         ("coupled_ratio", "f8"),  # ... and `ratio`
+        _row("rest"),  # u's modal amplitudes at rest if crowns carry the string: draped.py
         # turned axes: recomputed for another operator or tuning
         ("flow", "f8", (6, LOW)),  # of an exchange: what u keeps, v keeps, and passes on, complex (turning.py) ...
         ("flow_scale", "f8", (4, LOW)),  # ... and kappa omega of u and v, and their inverses ...

@@ -34,6 +34,8 @@ def may_begin(string, ops):
         return False
     op = ops[slot.fret]
     end = voice.step + QUARTET * op.steps
+    if op.draped and slot.hand < 1.0:  # hands take from its distance to rest
+        return False
     if is_exact(op) or not LOWEST <= slot.ratio <= HIGHEST:
         return False
     if op.points == 0 or end <= slot.quiet or end <= slot.due:

@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import square
-from livebass.kernels.string import modal, turning
+from livebass.kernels.string import draped, modal, turning
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import heights, is_exact
 from livebass.kernels.string.preparing import FADE_TO
@@ -36,6 +36,7 @@ def load(slot, op, step):
     slot.owed = 0
     slot.safety = SAFETY
     slot.active = 0
+    slot.still = 0
     slot.touching = 0
     slot.between = 0
     slot.moving = 0
@@ -54,10 +55,14 @@ def load(slot, op, step):
 
 @jit
 def load_tuned(slot, op, voice):
-    """Makes the silent slot ready for operator `op`, in tune with the bend."""
+    """Makes the silent slot ready for operator `op`, in tune with the bend, at rest."""
     load(slot, op, voice.step)
     if voice.tuned != 1.0:
         tune_slot(slot, op, voice.tuned, highest_frequency(voice))
+    if op.draped:
+        draped.settle(slot, op)
+        draped.lay(slot, op)
+        slot.fastest = slot.safety * rms_velocity(slot.u, op, op.padded) + SLACK
 
 
 @jit
@@ -150,6 +155,8 @@ def tune_slot(slot, op, ratio, maximum):
     if slot.v_ready:
         modal.retune(slot.v, op, op.coefficients_v, ratio)
     slot.ratio = ratio
+    if op.draped:
+        draped.settle(slot, op)
     slot.heard = op.tap_modes
     if ratio > 1.0:
         while slot.heard > 0 and slot.u.omega[min(slot.heard, op.modes) - 1] > maximum:
@@ -167,6 +174,8 @@ def change_operator(slot, old, op):
         invalidate_contact(slot.v, op)
         slot.v_active = op.padded
     slot.ratio = 1.0
+    if op.draped:
+        draped.settle(slot, op)
     slot.heard = op.tap_modes
     slot.active = op.padded
 
@@ -234,9 +243,13 @@ def rest_slot(slot, op, voice):
     """
     u, step = slot.u, voice.step
     silences = silences_of(slot, op)
-    slot.active = modal.drop_dead_modes(u, slot.active, silences, slot.heard)
+    if not op.draped:
+        slot.active = modal.drop_dead_modes(u, slot.active, silences, slot.heard)
     if slot.v_active:
         slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active, silences, slot.heard)
+    if op.draped and draped.is_over(voice, slot, op):
+        slot.active = 0
+        slot.v_active = 0
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0
         return
@@ -248,6 +261,10 @@ def rest_slot(slot, op, voice):
         voice.weakened += 1
         return
     slot.steady = np.int64(1 if is_steady(voice, op, steepest) else 0)
+    if op.draped:
+        pressed = draped.speed_square_of_contact(slot, op, step) / op.length
+        rms = np.sqrt(square(rms_velocity_with_answers(slot, op, slot.active)) + pressed)
+        slot.fastest = min(slot.fastest, slot.safety * rms + SLACK)
     if op.points == 0 or slot.moving or slot.quiet > step:
         return
     held, height = False, heights(op)

@@ -9,8 +9,9 @@ gently, by a fifth-degree polynomial in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
 frets. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody
-put in; such an obstacle starts that much lower, and rises to its height while the string is clear of it. `slot` is a
-SLOT, `op` its operator. [audio thread]
+put in; such an obstacle starts that much lower, and rises to its height while the string is clear of it. A crown that
+carries the string at rest rises under it, too: the finger presses the string down over the crown (draped.py). `slot` is
+a SLOT, `op` its operator. [audio thread]
 """
 
 import numpy as np
@@ -28,6 +29,7 @@ ROOM = 2e-6  # m, between the string and an obstacle freed from it
 GENTLE = 4e-3  # s that a finger takes without hammering
 FARTHEST, OVERSHOOT = 5e-3, 0.2  # m that a fast string carries the finger on; the same over first speed and duration
 SETTLING = 1e-3  # s, time constant that fades out the step between two rest lines (at two frets) in the signal
+RISING = 20e-3  # m/s of a crown that a finger presses the string on
 NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 
 
@@ -120,8 +122,8 @@ def lower_obstacles(slot, op):
 
 @jit
 def raise_obstacles(slot, op, after):
-    """Raises each lowered obstacle by half of its clearance at fine step `after`."""
-    u, height = slot.u, heights(op)
+    """Raises each lowered obstacle by half of its clearance at fine step `after`; carrying ones always."""
+    u, height, step = slot.u, heights(op), RISING * op.steps * op.fine
     left = np.int64(0)
     modal.keep_step_before(u, slot.active)
     for m in range(op.points):
@@ -130,8 +132,11 @@ def raise_obstacles(slot, op, after):
         now = modal.displacement(u, slot.active, op, m)
         before = modal.displacement_before_leap(u, slot.active, op, m)
         clear = min(now, before) - u.height[m]
-        if clear > 0.0:
-            u.height[m] = min(height[m], u.height[m] + 0.5 * clear)
+        rise = 0.5 * clear if clear > 0.0 else 0.0
+        if height[m] > 0.0:
+            rise = max(rise, step)
+        if rise > 0.0:
+            u.height[m] = min(height[m], u.height[m] + rise)
             u.solved_at[m] = UNKNOWN
         if u.height[m] != height[m]:
             left += 1

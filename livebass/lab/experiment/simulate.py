@@ -21,6 +21,7 @@ from livebass.lab.reference.plan import static_compliance
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried_modes, dampings, frequencies
 from livebass.model.quality import CONTACT_RATE
+from livebass.model.rest import lies_on
 from livebass.model.trial import (
     Motion,
     PluckOptions,
@@ -110,7 +111,8 @@ def simulate_to_directory(
         _write(files, directory, solved, found | shape_columns(solved, shape_at))
     s, contacts, first = trial.speaking, solved.contacts, ""
     neck = instrument.neck(requested.string)
-    lies = f" (frets out: it lies on {neck.fret_text(s.stop)})" if s.stop != s.fret else ""
+    on = lies_on(s.string, neck, s.fret)
+    lies = f" (frets out: it lies on {neck.fret_text(on)})" if on != s.fret else ""
     if contacts.fret.size:
         where = f"on fret {contacts.fret[0]}"
         if neck.fretless or not contacts.fret[0]:

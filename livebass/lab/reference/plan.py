@@ -13,6 +13,7 @@ from livebass.model.trial import Trial
 from livebass.rows.arrays import Floats, Ints
 from livebass.rows.parts import EXCHANGE_EVERY, TURNED_MODES
 
+NEAR_REST, MAX_NEWTON = 10e-6, 100  # m of penetration to begin with; steps
 TERMS = 12  # of a power series of matrices below 0.1
 
 
@@ -132,6 +133,44 @@ def make_plan(trial: Trial) -> Plan:
         slip=2 * dt * s.friction_speed,
         turn=make_turn(trial),
     )
+
+
+def at_rest(plan: Plan) -> Floats:
+    """The amplitudes of u at rest, (N,), m^1.5: 0, unless crowns above the line from stop to saddle carry the string.
+
+    A constant f moves mode j by (dt^2/mu) dx phi_j f / (1 - C + Ct). The penetrations solve eta + S psi'(eta) = g by
+    Newton's method with halved steps.
+    """
+    if not np.any(plan.height > 0):
+        return np.zeros(plan.u.pull.size)
+    moved = plan.dt**2 / plan.density * plan.dx * plan.shape / plan.u.pull
+    gives = moved @ plan.shape.T + plan.compliance
+
+    def missed(eta: Floats) -> Floats:
+        return eta + gives @ (plan.stiffness * np.maximum(eta, 0) ** plan.exponent) - plan.height
+
+    eta: Floats = np.minimum(plan.height, NEAR_REST)
+    for _ in range(MAX_NEWTON):
+        slope = plan.stiffness * plan.exponent * np.maximum(eta, 0) ** (plan.exponent - 1)
+        step = np.linalg.solve(np.eye(eta.size) + gives * slope, missed(eta))
+        parts = [part for part in 0.5 ** np.arange(20) if _worst(missed(eta - part * step)) < _worst(missed(eta))]
+        if not parts:
+            break
+        eta = eta - parts[0] * step
+    force = plan.stiffness * np.maximum(eta, 0) ** plan.exponent
+    return np.asarray(force @ moved)
+
+
+def lay(plan: Plan, state: State, rest: Floats) -> None:
+    """Adds the amplitudes `rest`, (N,), to a state, without motion, at all of the plan's points."""
+    moved = plan.shape @ rest
+    state.q[:] += rest
+    state.eta[:] -= moved
+    state.eta_before[:] -= moved
+
+
+def _worst(missed: Floats) -> float:
+    return float(np.abs(missed).max())
 
 
 def _step_before(plan: Plan, of: Modes, q: Floats, pace: Floats | None) -> Floats:

@@ -18,7 +18,7 @@ import numpy as np
 
 from livebass.lab.reference.hands import Finger, Hand, Mass, Stop
 from livebass.lab.reference.laws import ABSENT, CONTACT, FLESH, LINEAR, Laws, absent
-from livebass.lab.reference.plan import Modes, Plan, State, make_plan, make_state
+from livebass.lab.reference.plan import Modes, Plan, State, at_rest, lay, make_plan, make_state
 from livebass.lab.reference.solver import CHUNK
 from livebass.lab.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Held, Pace, Sheets, run, stored_energy
 from livebass.model import modes
@@ -153,10 +153,12 @@ class _Player:
         sign = np.array([1.0 if isinstance(h, Stop) and h.side < 0 else -1.0 for h in hands])
         self.hands, self.points = hands, points
         self.plan = _plan(trial, hands, sign)
+        rest = np.zeros(trial.modes)
         if begin is None:
-            begin = np.zeros((2, 2, trial.modes))
+            rest, begin = at_rest(make_plan(trial)), np.zeros((2, 2, trial.modes))
             begin[0, 0], begin[1, 0] = initial_amplitudes(trial), initial_amplitudes_across(trial)
         self.state = _state(self.plan, points, begin)
+        lay(self.plan, self.state, rest)
         room = points + count
         frets = np.arange(room) < points
         self.laws = Laws(

@@ -54,7 +54,7 @@ import time
 import numpy as np
 
 from livebass.lab.reference.laws import absent, contacts
-from livebass.lab.reference.plan import make_plan, make_state
+from livebass.lab.reference.plan import at_rest, lay, make_plan, make_state
 from livebass.lab.reference.stepping import Ears, Held, Pace, Sheets, no_hands, run
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.rows.arrays import Floats, Ints
@@ -70,6 +70,7 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     plan = make_plan(trial)
     u, v = initial_amplitudes(trial), initial_amplitudes_across(trial)
     state = make_state(plan, u, v, trial.follow * u, trial.follow * v)
+    lay(plan, state, at_rest(plan))
     points, samples = plan.height.size, trial.samples
     laws = contacts(points, plan.stiffness, plan.exponent, plan.loss)
     string = Held(plan, laws, absent(points), state, no_hands())

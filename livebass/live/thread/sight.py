@@ -12,7 +12,7 @@ from livebass.kernels.bass.records import bass_at
 from livebass.kernels.hands.noise import is_pulling
 from livebass.kernels.hands.pulling import pull_profile
 from livebass.kernels.machine.native import record_at
-from livebass.kernels.string import glide, modal
+from livebass.kernels.string import draped, glide, modal
 from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, VOICE_SLOTS
 from livebass.live.thread.records import operators_of, string_of
@@ -23,6 +23,7 @@ SLOT_SIGHT = np.dtype(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("fret", "i8"),
+        ("lies", "i8"),  # the higher fret that the string lies on at rest; 0: none
         ("length", "f8"),  # m, from the stop to the saddle
         ("stop", "f8"),  # m, displacement of the string's end at its stop ...
         ("stop_across", "f8"),  # ... and across
@@ -80,6 +81,7 @@ def see_string(string, ops, sight):
             up, _ = pull_profile(voice, voice.pulling)
         n = min(op.modes, SEEN)
         seen.fret = slot.fret
+        seen.lies = np.int64(0) if slot.between else draped.lies_on(slot, ops)
         seen.length = op.length
         seen.stop = slot.stop_u.place
         seen.stop_across = slot.stop_v.place

@@ -70,13 +70,13 @@ def test_a_high_seventh_fret_shows(plain: FretMap, tmp_path: Path) -> None:
         assert new[SEVENTH + 1 :] == old[SEVENTH + 1 :]
 
 
-def test_contacts_of_a_choked_note_are_named_from_the_fret_it_lies_on(tmp_path: Path) -> None:
-    """The E string pressed below a high 12th fret meets the frets beyond the 12th only."""
+def test_contacts_of_a_choked_note_are_those_of_the_string_from_the_pressed_fret(tmp_path: Path) -> None:
+    """Pressed below a high 12th fret and plucked hard, every string leaves it and hits it or others again."""
     made = fret_map(load_preset(lifted(tmp_path, 0.3, fret=12)), velocity=127, duration=0.1)
     choked = [cell for row in made.strings for cell in row if cell.on != cell.fret]
     assert {cell.on for cell in choked} == {12}
     hit = [cell for cell in choked if cell.contacts]
-    assert hit and all(cell.hardest > 12 for cell in hit)
+    assert len(hit) > 0.9 * len(choked) and all(cell.hardest > cell.fret for cell in hit)
 
 
 def test_a_board_is_hit_at_a_place_on_it_however_little_lies_beyond() -> None:

@@ -27,6 +27,7 @@ from support.live import (
     synth_and_device,
 )
 from support.messages import messages_of
+from support.played import FRETS_OUT, made_of
 from support.quiet import without_noise
 from support.scores import busy_score
 
@@ -61,11 +62,11 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: tuple[int, ...], ahead: s
     assert np.abs(heard).max() > 0.1
 
 
-@pytest.mark.parametrize("preset", ["slap-impulse", "slap", "jazz-finger"])
+@pytest.mark.parametrize("preset", ["slap-impulse", "slap", "jazz-finger", "jazz-finger" + FRETS_OUT])
 def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> None:
-    """All the techniques' key switches and controllers, each sent in its own block."""
-    messages, total = messages_of(busy_score(RATE)), 2 * RATE
-    assert np.array_equal(played_ahead(preset, messages, total), offline(preset, messages, total))
+    """All the techniques' key switches and controllers, each sent in its own block; also where notes fret out."""
+    messages, total, bass = messages_of(busy_score(RATE)), 2 * RATE, made_of(preset)
+    assert np.array_equal(played_ahead(bass, messages, total), offline(bass, messages, total))
 
 
 @pytest.mark.parametrize(

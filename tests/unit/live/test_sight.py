@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.live import RATE, feed, run_ahead, synth_and_device
+from support.played import FRETS_OUT, event, made_of
 from support.wasm import Module, sound_hash
 
 from livebass import QUALITIES, Quality, load_preset, score_of
@@ -16,12 +17,15 @@ from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
 from livebass.engine.solve import pluck_event, solve_trial
 from livebass.kernels.bass.instrument import LIVE
+from livebass.kernels.string.records import GLIDE, PLUCK
 from livebass.lab.analysis.motion import string_shape
 from livebass.lab.paper.cases import CASES
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
+from livebass.model.bench import change_bass
 from livebass.model.instrument import Pluck
+from livebass.model.rest import lies_on, rests
 from livebass.plugin.instrument import image_file
 from livebass.rows.arrays import Floats
 
@@ -105,6 +109,23 @@ def test_seeing_changes_no_sample(preset: str) -> None:
         if looks:
             assert sights["slot"]["on"].any() and sights["slot"]["u"].any()
     assert np.array_equal(*sounds) and abs(sounds[0]).max() > 1e-2
+
+
+def test_it_says_which_fret_a_string_lies_on() -> None:
+    """Over frets and over a board, which a gliding finger presses elsewhere."""
+    bare = load_preset("fretless")
+    low = change_bass(bare, {"action": -1.15})
+    for bass, slides in ((made_of("jazz-finger" + FRETS_OUT), False), (low, False), (bare, True)):
+        string, neck = bass.strings[3], bass.necks[3]
+        fret = 0 if slides else max(rests(string, neck, bass.frets))
+        engine = Engine(bass, QUALITIES["live"], RATE)
+        voice, ops = engine.voices[3], engine.pool.records[3]
+        play_frames(voice, ops, event(PLUCK, fret, apex=1e-3, place=0.2), np.zeros(2000))
+        if slides:
+            play_frames(voice, ops, event(GLIDE, 5, seconds=22e-3), np.zeros(2000))
+        sight = view_of(engine.bass.address, 4)[3]
+        slot = sight["slot"][voice.record["slot"][0]]
+        assert slot["on"] and slot["lies"] == (0 if slides else lies_on(string, neck, fret)), bass.name
 
 
 def test_a_page_sees_and_hears_the_same() -> None:

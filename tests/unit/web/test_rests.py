@@ -37,7 +37,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[node.Page]:
     "values",
     [{}, {"action": -1.7}, {"action": -1.85}, {"action": -1.9}, {"fret": 7, "fret_height": 0.4, "action": -0.5}],
 )
-def test_the_worker_reads_them_from_the_engines_notes(page: node.Page, values: dict[str, float]) -> None:
+def test_the_worker_finds_them_in_the_engines_notes(page: node.Page, values: dict[str, float]) -> None:
     expected = rests_of(change_bass(load_preset("jazz-finger"), values))
     assert page.rests("jazz-finger", values) == expected
     assert any(expected) == bool(values)
@@ -49,7 +49,7 @@ def test_the_export_has_them_for_a_preset() -> None:
     assert [{str(fret): on for fret, on in rests.items()} for rests in made] == rests_of(bass)
 
 
-def test_a_choked_string_is_drawn_from_the_fret_it_lies_on() -> None:
+def test_a_string_is_drawn_from_the_place_at_which_it_ends() -> None:
     string = shown_string(load_preset("jazz-finger").strings[3], load_preset("jazz-finger").necks[3], 20)
     with node.node("see.js") as page:
         ends = [page.run(CROWN, string, string["length"] - place, 9) for place in string["frets"]]

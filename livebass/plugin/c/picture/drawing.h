@@ -56,7 +56,7 @@ typedef struct { /* a row of the list: a group's heading, a bass or a sound */
 } listed;
 
 typedef struct { /* a string at one look */
-    int on, fret;
+    int on, fret, lies; /* `lies`: the higher fret that it lies on at rest; 0: none */
     float maximum;  /* m, the farthest from rest */
     double stop; /* m from the nut */
     quad u[STRIDE / 4];

@@ -308,6 +308,7 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     if (!s) return;
     const double scale = sqrt(2 / s->length);
     to->fret = (int)s->fret;
+    to->lies = (int)s->lies;
     to->stop = fmax(l->length - s->length, 0);
     float *u = (float *)to->u;
     for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
@@ -330,13 +331,8 @@ static const shape *shape_of(const lb_picture *p, int string, int before) {
 }
 
 int lb_lies_on(const lb_picture *p, int string) {
-    const LB_LOOK *l = look_of(p);
     const shape *one = shape_of(p, string, 0);
-    if (!p->shaped || !one->on || one->fret < 1 || one->fret != l->string[string].fret) return 0;
-    if (l->fretless && (p->shaped < 2 || shape_of(p, string, 1)->stop != one->stop)) return 0; /* it glides */
-    for (int k = one->fret + 1; k <= l->frets; k++)
-        if (fabs(l->place[k] - one->stop) < SAME_PLACE) return k;
-    return 0;
+    return p->shaped && one->on && one->fret == look_of(p)->string[string].fret ? one->lies : 0;
 }
 
 void lb_fret_text(const LB_LOOK *l, int fret, char *text, size_t room) {
@@ -366,12 +362,16 @@ static void bound(LB_LOOK *l) {
             s->saddle[k] = within(s->saddle[k], 0, s->length);
             s->aperture[k] = within(s->aperture[k], 0, 0.2);
         }
-        for (int k = 0; k < LB_SLOTS; k++) s->sight.slot[k].length = within(s->sight.slot[k].length, 1e-3, s->length);
+        for (int k = 0; k < LB_SLOTS; k++) {
+            LB_SLOT_SIGHT *slot = &s->sight.slot[k];
+            slot->length = within(slot->length, 1e-3, s->length);
+            if (slot->lies < 0 || slot->lies > l->frets) slot->lies = 0;
+        }
     }
 }
 
-/* Puts frets where they are. A look has the place where a string ends that is stopped at each: for frets that choke it,
-   that of the higher fret that it lies on. These divide what is left of the string evenly in pitch. */
+/* Puts frets where they are. A look has the place where a string ends that is stopped at each: on a board, for places
+   that choke it, that of the higher one that it lies on. These divide what is left of the string evenly in pitch. */
 static void set_places(LB_LOOK *l) {
     const double length = l->string[0].length;
     for (int k = 1, last = 0; k <= l->frets; k++) {

@@ -304,9 +304,9 @@ export class Engine extends Kernels {
   }
 
   // Plays `count` events, at the address `events`, on string `string` of `bass`. From `before` frames before `frame` to
-  // `frames` after it, returns {rows, across, slots, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5) of
-  // u and of v per frame; [length, stop, fret, stop across] per frame; contacts as in `takeContacts`; the first frame;
-  // the sound from there on, `heard` frames.
+  // `frames` after it, returns {rows, across, slots, lies, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5)
+  // of u and of v per frame; [length, stop, fret, stop across] per frame; the higher fret that it lies on in the end, or
+  // 0; contacts as in `takeContacts`; the first frame; the sound from there on, `heard` frames.
   motion(bass, string, events, count, frame, before, frames, heard = 0) {
     const x = this.x, strings = this.get("BASS", bass, "strings"), voice = this.voice(bass, string);
     const run = this.alone(bass, string, events, count);
@@ -315,6 +315,7 @@ export class Engine extends Kernels {
     const length = frame + frames - first, slots = new Float64Array(length * 4);
     const [rows, across] = [0, 1].map(() => new Float32Array(length * N.SEEN));
     const contacts = [], taken = Array(strings).fill(0);
+    let lies = 0;
     taken[string] = this.get("VOICE", voice, "logged");
     const sight = this.sights + string * RECORDS.SIGHT.bytes, [slot] = RECORDS.SIGHT.fields.slot, size = RECORDS.SLOT_SIGHT.bytes;
     for (let k = 0; k < length; k++) {
@@ -328,13 +329,14 @@ export class Engine extends Kernels {
       for (const [name, all] of /** @type {[string, Float32Array][]} */ ([["u", rows], ["v", across]]))
         all.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields[name][0], modes), k * N.SEEN);
       slots.set(["length", "stop", "fret", "stop_across"].map(name => this.get("SLOT_SIGHT", here, name)), k * 4);
+      lies = this.get("SLOT_SIGHT", here, "lies");
     }
     for (let k = length; k < heard; k += N.CHUNK) {
       const n = Math.min(N.CHUNK, heard - k);
       run(n);
       sound.set(new Float64Array(this.memory.buffer, this.sound, n), k);
     }
-    return {rows, across, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
+    return {rows, across, slots, lies, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
   }
 
   // Copies the drawing data of a bass's strings into `buffer`, an ArrayBuffer of that size, or a new one.

@@ -126,7 +126,12 @@ function change({change: values, file, neck}) {
     heights.push(Array.from({length: count}, (_, k) => number(first + 2 * k + 1)));
     const ends = Array.from({length: count}, (_, k) => length - number(first + 2 * k)), of_string = {};
     for (let fret = 1; fret <= frets; fret++) {
-      const note = of("notes") + RECORDS.NOTE.bytes * (i * (frets + 1) + fret), on = 1 + ends.indexOf(engine.get("NOTE", note, "length"));
+      const note = of("notes") + RECORDS.NOTE.bytes * (i * (frets + 1) + fret), read = name => engine.get("NOTE", note, name);
+      let on = 1 + ends.indexOf(read("length")), steepest = 0; // over a board the string ends at the place it lies on
+      for (let k = 0, at = read("obstacles"); k < read("obstacles_count"); k++, at += 2) {
+        const [x, height] = [0, 1].map(own => engine.view.getFloat64(of("lists") + 8 * (at + own), true));
+        if (height > steepest * (read("length") - x)) [on, steepest] = [fret + 1 + k, height / (read("length") - x)];
+      }
       if (on > fret) of_string[fret] = on;
     }
     rests.push(of_string);

@@ -1,5 +1,5 @@
 // The sentence under the neck: what the page is, what the last note did, what a replay shows.
-import {$, chosenBass} from "../pages/page.js";
+import {$, chosenBass, noteName} from "../pages/page.js";
 import {player} from "../audio/player.js";
 import {fretText, hitText, noteText} from "./places.js";
 import {FULL_SPEED} from "./see.js";
@@ -9,9 +9,16 @@ export const tell = (/** @type {string} */ text) => { $("seen").textContent = te
 
 export const contactsOf = (/** @type {number} */ count) => count === 1 ? "1 contact" : `${count} contacts`;
 
-// What a string does that frets out: "it lies on fret 20, with 12 contacts beyond".
+// What a string does that frets out: "it lies on fret 20, with 12 contacts". On a board these are beyond its place.
 function lies(/** @type {number} */ string, /** @type {number} */ on, /** @type {number} */ count) {
-  return `it lies on ${fretText(chosenBass(), string, on)}${count ? `, with ${contactsOf(count)} beyond` : ""}`;
+  const bass = chosenBass(), beyond = bass.fretless ? " beyond" : "";
+  return `it lies on ${fretText(bass, string, on)}${count ? `, with ${contactsOf(count)}${beyond}` : ""}`;
+}
+
+// What is left of such a note: ", and dies away at D♯4". On a board it rings on.
+function left(/** @type {number} */ string, /** @type {number} */ on) {
+  const {fretless, strings} = chosenBass();
+  return fretless ? "" : `, and dies away at ${noteName(strings[string].note + on)}`;
 }
 
 // What the note of a replay does: "12 contacts", or what `lies` says.
@@ -28,7 +35,7 @@ function liesOn(/** @type {SeenNote} */ {string, fret = 0, of = 0}) {
 // Tells what a note did: "E string, fret 3: 7 contacts; it hits fret 4 hardest."
 export function tellNote(/** @type {SeenNote} */ note) {
   const {string, fret = 0, contacts} = note, bass = chosenBass(), on = liesOn(note), where = noteText(bass, string, fret);
-  if (on) return tell(`${where} frets out: ${lies(string, on, contacts.length)}. Raise the action to free it.`);
+  if (on) return tell(`${where} frets out: ${lies(string, on, contacts.length)}${left(string, on)}. Raise the action to free it.`);
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
   return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${hitText(bass, hardest.fret)} hardest.`);

@@ -49,7 +49,7 @@ export async function hold(bass, string, fret) {
   const stop = stopOf(bass, string, fret), end = see.restOf(heights, fret);
   const rest = (/** @type {number} */ x) => end * (length - x) / (length - stop);
   /** @type {[number, number][]} */
-  const crowns = frets.flatMap((x, k) => x > stop + 1e-6 ? [[x - stop, rest(x) - heights[k]]] : []);
+  const crowns = frets.flatMap((x, k) => x > stop + 1e-6 ? [[x - stop, Math.max(rest(x) - heights[k], 0)]] : []);
   return {string, fret, file, label, name, held: new Held(found, crowns)};
 }
 

@@ -126,17 +126,14 @@ export class See {
     if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, end, aside)});
   }
 
-  // The fret at which the sounding part of a string ends, `sounding` m long: `fret`, or a higher one that it lies on.
+  // The fret at which a string ends that is `sounding` m long: `fret`, or over a board a higher one that it lies on.
   crownOf({length, frets}, sounding, fret) {
     return 1 + frets.findIndex(place => Math.abs(length - place - sounding) < SAME_PLACE) || fret;
   }
 
   // The higher fret that the string of a motion lies on in the end; undefined: it does not fret out.
   /** @returns {number | undefined} */
-  liesOn({slots, string}) {
-    const [length, , fret] = slots.subarray(slots.length - 4), on = this.crownOf(this.bass.strings[string], length, fret);
-    return length && on > fret ? on : undefined;
-  }
+  liesOn({lies}) { return lies || undefined; }
 
   // The height (m) of a string's end at rest, on its fret's crown.
   restOf(heights, fret) { return fret ? heights[fret - 1] : 0; }
