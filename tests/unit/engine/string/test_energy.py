@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.costs import quick, slow
 from support.own_basses import load_preset
-from support.played import RATE, RINGS_ON, TURNED, YIELDS, Played, event
+from support.played import FRETS_OUT, RATE, RINGS_ON, TURNED, YIELDS, Played, event
 
 from livebass.engine.prepare import play_frames
 from livebass.kernels.hands import fretting
@@ -157,7 +157,7 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
 
 @pytest.mark.parametrize(
     ("preset", "i"),
-    [slow("jazz-finger", 3), ("slap", 1), ("jazz-finger" + TURNED, 3)],
+    [slow("jazz-finger", 3), ("slap", 1), ("jazz-finger" + TURNED, 3), ("jazz-finger" + FRETS_OUT, 3)],
 )
 def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.4, 6)
