@@ -12,6 +12,7 @@ from support.browser import INSIDE, open_page, resize, serve, wait
 from livebass.lab.paper.cases import PRESET
 
 SIZES = [(360, 800), (390, 844), (844, 390), (1280, 800), (1920, 1080)]
+ZOOMED = (640, 400)  # a small laptop at 200 %
 LINKS = ["#story=buzz&step=2", "#case=a", f"#like={PRESET}", "#like=slap&action=-2", "?embed", "?embed#story=paper"]
 MOST = 0.05
 # Adds up the shifts, and names what moved
@@ -96,9 +97,10 @@ def test_nothing_moves_in_one_file_whatever_its_link_shows(
         assert loading["sum"] < MOST, (link, loading["moved"])
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES[:3])
+@pytest.mark.parametrize(("width", "height"), [*SIZES[1:3], ZOOMED])
 def test_the_button_to_the_next_step_of_a_story_stays(browser: Any, whole: str, width: int, height: int) -> None:
     """Whatever the length of its sentence."""
+    open_page(browser, whole)
     with resize(browser, width, height):
         open_page(browser, f"{whole}#story=buzz")
         places = set()
@@ -106,3 +108,14 @@ def test_the_button_to_the_next_step_of_a_story_stays(browser: Any, whole: str, 
             browser.execute_async_script(STEP, k)
             places.add(browser.execute_script(PLACE))
         assert len(places) == 1, places
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+        assert browser.execute_script("return getComputedStyle($('same')).display") == "none"
+
+
+def test_in_a_narrow_article_the_name_covers_no_slider(browser: Any, whole: str) -> None:
+    open_page(browser, whole)
+    with resize(browser, 360, 340):
+        open_page(browser, f"{whole}?embed")
+        right = "return $('bench-action').parentElement.querySelector('output').getBoundingClientRect().right"
+        name = "return document.querySelector('h1').getBoundingClientRect().left"
+        assert 0 < browser.execute_script(right) <= browser.execute_script(name)
