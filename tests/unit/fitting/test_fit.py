@@ -171,7 +171,7 @@ def test_a_relaxation_is_fitted_where_the_base_has_one_and_damps_the_highs() -> 
     with_it, without = ({f.key for f in free_numbers(each)} for each in (bass, plain))
     assert with_it - without == {"relaxation"}
     few, many = (estimates._t60(plain, 0, 0, {"relaxation": loss}) for loss in (1e-4, 4e-3))
-    assert many[30] < 0.5 * few[30] and many[0] > 0.9 * few[0]
+    assert np.median(many[20:40] / few[20:40]) < 0.5 and many[0] > 0.9 * few[0]
 
 
 def test_only_a_palm_that_rests_is_fitted() -> None:

@@ -194,7 +194,7 @@ def test_tuned_with_the_neck(name: str) -> None:
 
 def test_a_stop_is_a_loss() -> None:
     """sigma = 2 f0 Z Re Y (1 + B j^2) at all frequencies, on stopped notes only; pitch and open string stay."""
-    bass = load_preset("jazz-finger")
+    bass = load_preset("slap-impulse")
     string, neck = bass.strings[1], bass.necks[1]
     for fret in (0, 5, 19):
         free, held = (speaking(string, replace(neck, stop_conductance=y), fret) for y in (0.0, 2e-3))
