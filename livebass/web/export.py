@@ -46,6 +46,7 @@ STORIES = '<div id="stories" role="group" aria-label="Stories"></div>'
 REAL = ("real", "Real bass")  # the button of the recorded note
 BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
+FIRST = "<script>first.js</script>"
 NEEDED = 6  # files to begin with: scripts, style, kernels and a bass
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes at a page's start; they hold both
@@ -58,9 +59,9 @@ NONE: Sources = {}
 NOTHING: Mapping[str, Any] = {}
 # A page on a disk loads its audio thread from a data: address and its worker from a blob: address
 POLICIES = {
-    False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
+    False: "default-src 'none'; script-src 'self' {first} 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
     " connect-src 'self'; img-src data:; manifest-src 'self'",
-    True: "default-src 'none'; script-src {scripts} data: blob: 'wasm-unsafe-eval'; style-src {styles};"
+    True: "default-src 'none'; script-src {first} {scripts} data: blob: 'wasm-unsafe-eval'; style-src {styles};"
     " worker-src data: blob:; img-src data:",
 }
 
@@ -302,7 +303,7 @@ def single_page(files: dict[str, bytes]) -> bytes:
         f"{base64.b64encode(gzip.compress(files[name], 9, mtime=0)).decode()}</script>\n"
         for name in by_need(files, page["basses"][0]["name"])
     ]
-    policy = POLICIES[True].format(scripts=policy_source(script), styles=policy_source(style))
+    policy = POLICIES[True].replace("{scripts}", policy_source(script)).replace("{styles}", policy_source(style))
     made = html(page, policy)
     for found, put in (
         (f'<link rel="stylesheet" href="style.css?v={page["digest"]}">', f"<style>{style}</style>"),
@@ -335,16 +336,29 @@ def html(page: dict[str, Any], policy: str) -> str:
     shown = [(f"story-{story['name']}", story["title"]) for story in page.get("stories", ())]
     shown += [REAL] if "recorded" in page else []
     buttons = "".join(f'<button id="{escape(name)}" type="button">{escape(title)}</button>' for name, title in shown)
-    data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    data = in_script(page)
+    first = text("first.js").replace('"BASSES"', in_script([room(bass) for bass in page["basses"]]))
+    policy = policy.replace("{first}", policy_source(first))
     return (
         text("index.html")
         .replace(BASS, BASS.replace("><", f">{options}<"))
         .replace(STORIES, STORIES.replace("><", f">{buttons}<"))
+        .replace(FIRST, f"<script>{first}</script>")
         .replace('href="style.css"', f'href="style.css?v={page["digest"]}"')
         .replace('src="app.js"', f'src="app.js?v={page["digest"]}"')
         .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n{head(page)}')
         .replace(f"{DATA}</script>", f"{DATA}{data}</script>")
     )
+
+
+def in_script(data: Any) -> str:
+    """Returns data as JSON that may stand in a script of a page."""
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+
+
+def room(bass: dict[str, Any]) -> tuple[str, int, bool]:
+    """Returns what the room for a bass on the page depends on: its name, its strings, whether it has cases."""
+    return bass["name"], len(bass["strings"]), bool(bass.get("cases"))
 
 
 def digest_of(files: dict[str, bytes]) -> str:

@@ -52,7 +52,7 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
         if symbol == KEY and value != str(FORMATS["link"]):
             raise ValueError(f"the link was made for a later livebass: this one reads format {FORMATS['link']}")
         if symbol == "revision":
-            _check_revision(name, value, sources[name])
+            _check_revision(name, basses[name].name, value, sources[name])
         if symbol not in limits:  # such as a mail program's
             continue
         minimum, maximum, unit = limits[symbol]
@@ -61,9 +61,9 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
             raise ValueError(f"the link says {symbol} = {value[:20]}: {wanted}")
 
 
-def _check_revision(name: str, number: str, source: Source) -> None:
-    """Raises ValueError for a revision that the page does not have."""
+def _check_revision(name: str, title: str, number: str, source: Source) -> None:
+    """Raises ValueError for a revision of a bass, by short name and title, that the page does not have."""
     there = revisions_of(source, name)
     if number not in map(str, [*there.get("earlier", ()), there.get("revision")]):
         has = f"has revisions up to {there['revision']}" if there else "has no revisions"
-        raise ValueError(f"the link is of revision {number[:9]} of {name}, which {has} on this page")
+        raise ValueError(f"the link is of revision {number[:9]} of {title}, which {has} on this page")

@@ -76,6 +76,17 @@ def test_the_line_says_that_a_note_frets_out_and_on_which_fret(page: Any, action
     page.execute_script("release('test', performance.now())")
 
 
+def test_stories_and_friends_say_it_too(page: Any) -> None:
+    action = round(0.7 - LOWEST_STRING, 2)
+    step = {"says": "Low: {hits}.", "bass": "jazz-finger", "notes": [[3, 9, 20]], "values": {"action": action}}
+    page.execute_async_script(
+        "const [step, done] = arguments; showStep({name: 'low', steps: [step]}, 0).then(done)", step
+    )
+    assert page.execute_script("return $('seen').textContent") == "Low: it lies on fret 20."
+    open_page(page, page.current_url.split("#")[0] + f"#like=jazz-finger&action={action}&moment=3.52.20.20000")
+    wait(lambda: page.execute_script("return $('seen').textContent") == "A friend's note: it lies on fret 20.")
+
+
 @pytest.mark.parametrize("page", ["fretless"], indirect=True)
 def test_over_a_bare_board_it_says_the_place(page: Any) -> None:
     bare = load_preset("fretless").necks[3]

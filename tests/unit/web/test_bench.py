@@ -22,6 +22,7 @@ from livebass.engine.render import mix_strings
 from livebass.model.instrument import Effects
 from livebass.plugin.instrument import image_file
 from livebass.preset.build import PresetError
+from livebass.preset.load import preset_names
 from livebass.preset.revisions import present
 from livebass.rows.techniques import SLIDER_ROWS
 from livebass.web.bench import Source, bench
@@ -29,6 +30,7 @@ from livebass.web.link import check_link
 
 BASSES = ("jazz-finger", "slap", "fretless", "paper-bass", "five-string-active")
 ON_PAGE = {name: load_preset(name) for name in BASSES}, {name: Source(name) for name in BASSES}
+SLAP, JAZZ = (ON_PAGE[0][name].name for name in ("slap", "jazz-finger"))
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as in test_module.py: nothing is chaotic
 CASES = 1000
 HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string at full force
@@ -139,17 +141,29 @@ return stops;
 """
 
 
+def check_stops(page: node.Page, name: str, values: dict[str, float]) -> set[str]:
+    """Moves all sliders of a bass to both ends; returns those that stop before."""
+    stops = page.run(TO_THE_ENDS, name, values)
+    for symbol, end, stop, step, stays, returns, at_end, at_stop, beyond in stops:
+        assert (at_end, at_stop, beyond) == (False, True, False), (symbol, end, stop)
+        assert stays and returns and abs(stop - values.get(symbol, 0)) < abs(end - values.get(symbol, 0)) - step / 2
+    return {symbol for symbol, *_ in stops}
+
+
 @pytest.mark.parametrize(
     ("name", "values"), [("jazz-finger", {}), ("fretless", {}), ("slap", {"fret": 7, "fret_height": 0.3})]
 )
 def test_a_slider_stops_at_the_last_neck_that_can_be_played(
     page: node.Page, name: str, values: dict[str, float]
 ) -> None:
-    stops = page.run(TO_THE_ENDS, name, values)
-    assert "action" in {symbol for symbol, *_ in stops}
-    for symbol, end, stop, step, stays, returns, at_end, at_stop, beyond in stops:
-        assert (at_end, at_stop, beyond) == (False, True, False), (symbol, end, stop)
-        assert stays and returns and abs(stop - values.get(symbol, 0)) < abs(end - values.get(symbol, 0)) - step / 2
+    assert "action" in check_stops(page, name, values)
+
+
+@pytest.mark.slow
+def test_all_sliders_of_all_basses_stop_there(tmp_path: Path) -> None:
+    with node.page({name: load_preset(name) for name in preset_names()}, tmp_path) as page:
+        stopped = [name for name in preset_names() if check_stops(page, name, {})]
+    assert len(stopped) > 5
 
 
 def test_all_at_once_is_the_saved_preset(page: node.Page, tmp_path: Path) -> None:
@@ -224,10 +238,10 @@ def test_links_and_presets_bring_the_bench_back(page: node.Page, name: str) -> N
         ("like=jazz-finger&action=NaN", "the link says action = NaN: it must be from -2 to 3 mm"),
         ("like=jazz-finger&blend=1.5", "the link says blend = 1.5: it must be from -1 to 1"),
         ("like=jazz-finger&action=%3Cb%3E", "the link says action = <b>: it must be from -2 to 3 mm"),
-        ("like=slap&revision=99", f"the link is of revision 99 of slap, which has revisions up to {present('slap')}"),
+        ("like=slap&revision=99", f"the link is of revision 99 of {SLAP}, which has revisions up to {present('slap')}"),
         (
             "like=jazz-finger&revision=0",
-            f"the link is of revision 0 of jazz-finger, which has revisions up to {present('jazz-finger')}",
+            f"the link is of revision 0 of {JAZZ}, which has revisions up to {present('jazz-finger')}",
         ),
         ("like=slap&format=2", "made for a later livebass: this page reads format 1"),
     ],
@@ -265,7 +279,7 @@ def test_a_link_names_an_earlier_revision_that_the_page_has(page: node.Page) -> 
     )
     assert [page.run(read, f"like=slap&revision={number}") for number in (1, 2)] == [1, None]
     for number in ("3", "0", "x"):
-        says = f"revision {number} of slap, which has revisions up to 2 on this page"
+        says = f"revision {number} of {SLAP}, which has revisions up to 2 on this page"
         with pytest.raises(ValueError, match=f"^the link is of {says}$"):
             page.run(read, f"like=slap&revision={number}")
 

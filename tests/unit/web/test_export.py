@@ -232,7 +232,7 @@ def test_the_command_refuses_revisions_that_are_not_there(name: str, number: str
     basses, sources = {name: bass}, {name: source}
     check_link(f"like={name}&tone=0", basses, sources)
     has = f"has revisions up to {present('slap')}" if name == "slap" else "has no revisions"
-    with pytest.raises(ValueError, match=f"of revision {number} of {name}, which {has} on this page"):
+    with pytest.raises(ValueError, match=f"of revision {number} of {bass.name}, which {has} on this page"):
         check_link(f"like={name}&revision={number}", basses, sources)
     with pytest.raises(ValueError, match="made for a later livebass"):
         check_link(f"like={name}&format=2", basses, sources)

@@ -25,9 +25,9 @@ export function showMeters(/** @type {PlayReport} */ {load, peak, overload, faul
   $("load").ariaValueNow = (100 * busy).toFixed(0);
   $("load").style.setProperty("--part", String(busy));
   $("load-text").textContent = `${(100 * state.late).toFixed(0)} %`;
-  $("overload").hidden = !(overload > 0 || load > 1);
-  const count = faults + dropouts(load);
-  $("faults").textContent = !count ? "" : count === 1 ? "1 dropout" : `${count} dropouts`;
+  const count = faults + dropouts(load), isOverloaded = overload > 0 || load > 1;
+  $("overload").hidden = !isOverloaded;
+  $("faults").textContent = isOverloaded || !count ? "" : count === 1 ? "1 dropout" : `${count} dropouts`;
   $("later").hidden = count < MANY || saved.get("latency") === "playback";
   $("neck").querySelectorAll(".on").forEach(cell => cell.classList.remove("on"));
   held.forEach((fret, string) => {

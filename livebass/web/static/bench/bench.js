@@ -177,7 +177,7 @@ export class Bench {
   earlier(/** @type {string} */ text) {
     if (this.bass.earlier?.includes(+text)) return +text;
     const has = this.bass.revision === undefined ? "has no revisions" : `has revisions up to ${this.bass.revision}`;
-    throw new Error(`the link is of revision ${text.slice(0, 9)} of ${this.bass.name}, which ${has} on this page`);
+    throw new Error(`the link is of revision ${text.slice(0, 9)} of ${this.bass.title}, which ${has} on this page`);
   }
 
   // The present name of what an older version may have called otherwise.

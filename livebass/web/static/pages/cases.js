@@ -24,10 +24,18 @@ async function hearCase(/** @type {Case} */ one) {
 
 const failed = (/** @type {Error} */ error) => say(`The case cannot be shown: ${error.message}`);
 
-// Shows the case in the page's address, if there is one, and returns whether there is; it is silent until somebody asks
-// for sound.
-export function showLinked() {
-  const symbol = new URLSearchParams(location.hash.slice(1)).get("case");
+// The case that a link names, by its text from the # on; null: none.
+const linkedCase = (/** @type {string} */ hash) => new URLSearchParams(hash.slice(1)).get("case");
+
+// Chooses the paper's bass if a link names a case.
+export function chooseLinked(/** @type {string} */ hash) {
+  const bass = paperBass();
+  if (bass && linkedCase(hash) !== null) chooseBass(bass.name);
+}
+
+// Shows the case that a link names, and returns whether it names one; it is silent until somebody asks for sound.
+export function showLinked(/** @type {string} */ hash) {
+  const symbol = linkedCase(hash);
   if (symbol === null) return false;
   const one = paperBass()?.cases.find(one => one.symbol === symbol);
   if (one) showCase(one).catch(failed);
@@ -41,4 +49,4 @@ for (const one of paperBass()?.cases || []) {
   $("cases").append(button);
 }
 $("cases").hidden = !paperBass();
-addEventListener("hashchange", () => { if (player.ready) showLinked(); });
+addEventListener("hashchange", () => { if (player.ready) showLinked(location.hash); });

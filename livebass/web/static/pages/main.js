@@ -16,7 +16,7 @@ import "../bench/one.js";
 import "../bench/fretmap.js";
 import {showSavedBass} from "../bench/bass.js";
 import {makeBench, takeLink} from "../bench/benchview.js";
-import {showLinked} from "./cases.js";
+import {chooseLinked, showLinked} from "./cases.js";
 import {lacking, lackingSound} from "./files.js";
 import {player} from "../audio/player.js";
 import {openMoving} from "./opening.js";
@@ -69,14 +69,14 @@ function notice(/** @type {string} */ text) {
 
 function begin() {
   if (!player.isMute) player.start().catch(() => {}); // reported where it happened
-  if (!showLinked() && !showLinkedStory() && !showLinkedMoment(requested)) openMoving();
+  if (!showLinked(requested) && !showLinkedStory() && !showLinkedMoment(requested)) openMoving();
 }
 
-document.body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
 const requested = location.hash; // taking it changes it
 makeBench();
 showSavedBass();
 takeLink();
+chooseLinked(requested);
 if (PAGE.offline && isSecureContext) keepForLater().catch(() => {}); // it needs the network then
 const lack = lacking(), mute = lackingSound();
 if (PAGE.watching) {

@@ -19,8 +19,8 @@ export const saying = {lasts: 8000, timer: 0}; // ms that a message stays; the t
 // Shows a message over the page's lower edge, for a while or until the next one.
 export function say(/** @type {string} */ text, stays = false) {
   clearTimeout(saying.timer);
-  $("said").textContent = text;
-  if (!stays) saying.timer = setTimeout(() => { $("said").textContent = ""; }, saying.lasts);
+  $("said").replaceChildren(...text ? [make("span", {textContent: text})] : []); // a new box: the old one does not move
+  if (!stays) saying.timer = setTimeout(() => $("said").replaceChildren(), saying.lasts);
 }
 
 /** @param {string} name @returns {Bass} */

@@ -33,7 +33,7 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
 
 function showBar() {
   const {story, at, own} = telling;
-  $("string").classList.toggle("told", Boolean(story) && !own);
+  document.body.classList.toggle("told", Boolean(story) && !own);
   $("story").hidden = !story;
   if (!story) return;
   $("story-at").textContent = `${at + 1} / ${story.steps.length}`;
@@ -60,7 +60,10 @@ export function showLinkedStory() {
   if (name === null) return false;
   const story = PAGE.stories.find(story => story.name === name), at = Number(step) - 1;
   if (story?.steps[at]) showStep(story, at).catch(failed);
-  else say(`The link names no step of a story on this page: ${name.slice(0, 20)}, ${step.slice(0, 20)}.`);
+  else {
+    showBar();
+    say(`The link names no step of a story on this page: ${name.slice(0, 20)}, ${step.slice(0, 20)}.`);
+  }
   return true;
 }
 
