@@ -203,7 +203,9 @@ def test_held_notes_go_on_while_sliders_of_the_bench_move(make: Any) -> None:
     assert np.array_equal(default[:12_288], moved[:12_288]) and not np.array_equal(default, moved)
     levels = [[np.sqrt(np.mean(x[k * RATE // 4 :][: RATE // 4] ** 2)) for k in range(2, 8)] for x in (default, moved)]
     assert np.all(np.abs(20 * np.log10(np.array(levels[1]) / levels[0])) < 6.0), levels
-    assert np.abs(np.diff(moved[RATE // 4 :], 3)).max() < 1.5 * np.abs(np.diff(default[RATE // 4 :], 3)).max()
+    near = np.add.outer([at for at, *_ in points], np.arange(-3, 128))  # at other times lower frets are hit
+    steps, as_before = (np.abs(np.diff(x, 3))[near].max() for x in (moved, default))
+    assert steps < 1.5 * as_before
 
 
 # --- notes ---
