@@ -38,6 +38,7 @@ ADDRESSES = (
     "positions",
     "coupling",
     "left_out",
+    "yields",
     "answers",
     "turning",
 )
