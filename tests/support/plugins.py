@@ -35,7 +35,7 @@ from support.needs import tool
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
 TAIL = 0.1  # s
-MAX_BYTES = 1_130_000  # since plugins read MIDI files, strings move four frames at once, or lie on frets
+MAX_BYTES = 1_220_000  # of a release for Windows, the largest; to be less: 950 kB were wanted
 EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_descriptor", "lv2ui_descriptor"]
 NO_THREADS = pytest.mark.skipif(
     this_system().ending != "so" or core_count() < 2, reason="plugins have no threads of their own here"
