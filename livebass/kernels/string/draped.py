@@ -155,7 +155,7 @@ def is_over(voice, slot, op):
 
 @jit
 def speed_square_of_contact(slot, op, step):
-    """What the energy in contacts at fine step `step` could add to `modal.speed_square`, m^3/s^2."""
+    """Returns the maximum that the energy in contacts at fine step `step` can add to modal.speed_square, m^3/s^2."""
     u, x = slot.u, 0.0
     for m in range(op.points):
         if u.solved_at[m] == step and u.eta[m] > 0.0:

@@ -59,8 +59,9 @@ def load_tuned(slot, op, voice):
     load(slot, op, voice.step)
     if voice.tuned != 1.0:
         tune_slot(slot, op, voice.tuned, highest_frequency(voice))
+    elif op.draped:
+        draped.settle(slot, op)  # as tune_slot does
     if op.draped:
-        draped.settle(slot, op)
         draped.lay(slot, op)
         slot.fastest = slot.safety * rms_velocity(slot.u, op, op.padded) + SLACK
 
