@@ -45,9 +45,9 @@ def made_of(preset: str) -> Instrument:
     return load_preset(preset)
 
 
-def lowered(bass: Instrument) -> Instrument:
-    """The bass with an action of 0.7 mm under its first string."""
-    return change_bass(bass, {"action": 0.7 + 1e3 * bass.necks[0].fret_heights[11]})
+def lowered(bass: Instrument, action: float = 0.7) -> Instrument:
+    """The bass with `action` mm under its first string."""
+    return change_bass(bass, {"action": action + 1e3 * bass.necks[0].fret_heights[11]})
 
 
 class Played:

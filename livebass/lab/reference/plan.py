@@ -151,12 +151,13 @@ def at_rest(plan: Plan) -> Floats:
 
     eta: Floats = np.minimum(plan.height, NEAR_REST)
     for _ in range(MAX_NEWTON):
+        left = missed(eta)
         slope = plan.stiffness * plan.exponent * np.maximum(eta, 0) ** (plan.exponent - 1)
-        step = np.linalg.solve(np.eye(eta.size) + gives * slope, missed(eta))
-        parts = [part for part in 0.5 ** np.arange(20) if _worst(missed(eta - part * step)) < _worst(missed(eta))]
-        if not parts:
+        step = np.linalg.solve(np.eye(eta.size) + gives * slope, left)
+        part = next((part for part in 0.5 ** np.arange(20) if _worst(missed(eta - part * step)) < _worst(left)), 0.0)
+        if part == 0:
             break
-        eta = eta - parts[0] * step
+        eta = eta - part * step
     force = plan.stiffness * np.maximum(eta, 0) ** plan.exponent
     return np.asarray(force @ moved)
 

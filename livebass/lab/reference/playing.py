@@ -91,9 +91,9 @@ def hand_shape(trial: Trial, hand: Hand, count: int) -> Floats:
     return np.asarray(shape * np.exp(-((k * hand.width) ** 2) / 2))
 
 
-def _plan(trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
+def _plan(plan: Plan, trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
     """The plan of `trial` with one more point for each hand, after the contact points."""
-    plan, s, count = make_plan(trial), trial.speaking, trial.modes
+    s, count = trial.speaking, trial.modes
     full = s.grid_points - 1
     rows = np.array([hand_shape(trial, hand, full) for hand in hands]).reshape(len(hands), full) * sign[:, None]
     places = modes.shapes(s, full, np.asarray(s.contact_position))
@@ -152,10 +152,11 @@ class _Player:
         count, points = len(hands), len(trial.speaking.contact_position)
         sign = np.array([1.0 if isinstance(h, Stop) and h.side < 0 else -1.0 for h in hands])
         self.hands, self.points = hands, points
-        self.plan = _plan(trial, hands, sign)
+        alone = make_plan(trial)
+        self.plan = _plan(alone, trial, hands, sign)
         rest = np.zeros(trial.modes)
         if begin is None:
-            rest, begin = at_rest(make_plan(trial)), np.zeros((2, 2, trial.modes))
+            rest, begin = at_rest(alone), np.zeros((2, 2, trial.modes))
             begin[0, 0], begin[1, 0] = initial_amplitudes(trial), initial_amplitudes_across(trial)
         self.state = _state(self.plan, points, begin)
         lay(self.plan, self.state, rest)

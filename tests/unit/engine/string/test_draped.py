@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.messages import messages_of
 from support.own_basses import load_preset
-from support.played import FRETS_OUT, RATE, Played, event
+from support.played import FRETS_OUT, RATE, Played, event, lowered
 from support.scores import busy_score, play_in_blocks
 
 from livebass import Instrument, Quality
@@ -19,7 +19,6 @@ from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import BEND, CUT, EVENT, HAMMER, PLUCK
 from livebass.lab.reference.plan import at_rest, make_plan
 from livebass.lab.reference.solver import solve
-from livebass.model.bench import change_bass
 from livebass.model.instrument import Pluck, speaking
 from livebass.model.rest import lies_on
 from livebass.model.trial import Trial
@@ -30,9 +29,8 @@ QUICK = Quality("quick", 150, 384e3)
 
 @cache
 def low(action: float = 0.7) -> Instrument:
-    """jazz-finger with so many mm of action under the G string's neighbour E: notes fret out on fret 20."""
-    bass = load_preset("jazz-finger")
-    return change_bass(bass, {"action": action + 1e3 * bass.necks[0].fret_heights[11]})
+    """jazz-finger with `action` mm under its E: notes fret out on fret 20."""
+    return lowered(load_preset("jazz-finger"), action)
 
 
 def trial(apex: float, angle: float = 0.0, seconds: float = 0.02, **changed: float) -> Trial:
