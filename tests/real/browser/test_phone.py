@@ -69,7 +69,7 @@ def test_a_riff_of_a_link_adds_no_row_and_a_story_leaves_the_side_view_in_sight(
     before = page.execute_script(tops)
     page.execute_script("$('riff').hidden = $('same').hidden = false")
     assert page.execute_script(tops) == before
-    page.execute_script("$('riff').hidden = $('same').hidden = true; document.body.classList.add('told')")
+    page.execute_script("$('riff').hidden = $('same').hidden = true; document.body.classList.add('in-story')")
     page.execute_script("$('story').hidden = false; $('story-at').textContent = '1 / 6'")
     neck, _, side, bar = page.execute_script(tops)
     assert [neck, bar] == [before[0], before[3]] and bar - side >= 64

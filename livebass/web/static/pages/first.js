@@ -5,5 +5,5 @@
   const shown = basses.find(([name, , cases]) => requested.has("case") ? cases : name === like) ?? basses[0];
   if (shown) body.style.setProperty("--strings", String(shown[1]));
   body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
-  body.classList.toggle("told", requested.has("story"));
+  body.classList.toggle("in-story", requested.has("story"));
 })();

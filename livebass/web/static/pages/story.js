@@ -33,7 +33,7 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
 
 function showBar() {
   const {story, at, own} = telling;
-  document.body.classList.toggle("told", Boolean(story) && !own);
+  document.body.classList.toggle("in-story", Boolean(story) && !own);
   $("story").hidden = !story;
   if (!story) return;
   $("story-at").textContent = `${at + 1} / ${story.steps.length}`;
