@@ -12,6 +12,7 @@ from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
 from livebass.kernels.string import answers, draped, glide, modal, records, reports, runs, stop, tension, touch, turning
+from livebass.kernels.string.operators import is_exact
 from livebass.kernels.string.slot import REST_EVERY, allow_exchange, is_touched, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
@@ -74,9 +75,25 @@ def run(string, ops, events, count, out, across):
         if voice.blend != voice.blend_wanted:
             held = filter_batch(string, out, i, held)
             tone.follow_blend(voice)
-        if voice.left == 0 and runs.may_begin(string, ops):
-            runs.begin(string, ops)
+        if voice.left == 0:
+            frames = runs.frames_ahead(string, ops)
+            if frames > 0:
+                runs.begin(string, ops, frames)
         runs_on = voice.left > 0
+        if is_undisturbed(voice) and (runs_on or is_idle(string)):
+            frames = min(records.BATCH - held, out.shape[0] - i, voice.left if runs_on else until_rest(voice))
+            if used < count:
+                frames = min(frames, events[used].frame - voice.frame)
+            held = hold_run(string, held, frames) if runs_on else hold_answers(string, held, frames)
+            i += frames
+            if held == records.BATCH or until_rest(voice) == frames:
+                held = filter_batch(string, out, i, held)
+            if runs_on:
+                runs.pass_frames(string, ops, frames)
+            else:
+                skip_to(voice, voice.frame + frames)
+            rest_in_time(string, ops)
+            continue
         if runs_on:
             runs.read_sample(voice, taps)
         else:
@@ -96,13 +113,20 @@ def run(string, ops, events, count, out, across):
             if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
                 held = filter_batch(string, out, i + 1, held)
         if runs_on:
-            runs.next_frame(string, ops)
+            runs.pass_frames(string, ops, 1)
         else:
             move_string(string, ops)
         rest_in_time(string, ops)
         i += 1
     filter_batch(string, out, i, held)
     return used
+
+
+@jit
+def is_undisturbed(voice):
+    """True if nothing but events changes a run's sound from frame to frame: no noise, and no pot that turns."""
+    turns = voice.tone != voice.tone_wanted or voice.blend != voice.blend_wanted
+    return not (turns or voice.raw or noise.is_noisy(voice))
 
 
 @jit
@@ -317,6 +341,57 @@ def hold_sample(string, held):
 
 
 @jit
+def is_idle(string):
+    """True if the string itself rests, and no hand is about to move it; others may make it answer."""
+    voice, slots = string.voice, string.slots
+    waits = voice.pulling + voice.landing + voice.ends_in + slots[0].on + slots[1].on
+    return waits == 0 and voice.slide_to < 0 and voice.tuned == voice.bend
+
+
+@jit
+def until_rest(voice):
+    """Frames until `is_time_to_rest`, at least 1."""
+    return REST_EVERY - (voice.frame - voice.woken) % REST_EVERY
+
+
+@jit
+def hold_answers(string, held, frames):
+    """`hold_sample` for so many `frames` of an idle string at once, and all else that moves it."""
+    voice = string.voice
+    for k in range(2 * max(voice.pickups, 1)):
+        row = string.batch[k]
+        for n in range(frames):
+            row[held + n] = 0.0
+    for n in range(held, held + frames):
+        string.answer[n] = 0.0
+        if voice.answering:
+            string.answer[n] = answers.next_answer(string)
+            answers.pass_on(string, voice.frame, 1)
+        voice.frame += 1
+    voice.frame -= frames
+    return held + frames
+
+
+@jit
+def hold_run(string, held, frames):
+    """`hold_sample` for so many `frames` of a run at once."""
+    voice = string.voice
+    first = voice.length - voice.left
+    for k in range(2 * voice.pickups):
+        row, run = string.batch[k], voice.run[k]
+        for n in range(frames):
+            row[held + n] = run[first + n]
+    for n in range(frames):
+        string.answer[held + n] = 0.0
+    if voice.answering:
+        for n in range(frames):
+            string.answer[held + n] = answers.next_answer(string)
+            voice.frame += 1  # until when hands mute the answers
+        voice.frame -= frames
+    return held + frames
+
+
+@jit
 def filter_batch(string, out, end, held):
     """Writes the `held` samples of the batch to `out`, up to index `end`; returns the new number held: 0.
 
@@ -426,7 +501,7 @@ def move_string(string, ops):
         if op.turned > 0:
             turning.exchange(voice, slot, op, after, due)
     if voice.idle != 0:
-        answers.excite_answers(string, ops, after, voice.frame, own_due)
+        answers.excite_answers(string, ops, after, voice.frame + 1, records.QUARTET if own_due else 0)
     voice.step = after
     voice.frame += 1
 
@@ -446,6 +521,8 @@ def rest_in_time(string, ops):
                 rest_slot(slot, op, voice)
             elif slot.on and op.turned > 0:
                 allow_exchange(slot, op)
+            if slot.on and not is_exact(op):
+                slot.fourth = 0  # from here on quartets end with rests, so that long runs fit in between
         if at_rest(string):
             note_stillness(string)  # first: only zeros have gone through the filters since they were flushed
             flush_filters(voice)

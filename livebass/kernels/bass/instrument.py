@@ -14,14 +14,13 @@ from livebass.kernels.pickup.coil import CIRCUIT_WORDS
 from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE_WORDS, STROKES
 from livebass.kernels.player.performer import ANSWERS_WHEN, MAX_STRINGS
 from livebass.kernels.string.preparing import MAX_WORDS, NOTE_BYTES
-from livebass.kernels.string.records import LINE, MAX_ANSWERING
+from livebass.kernels.string.records import LINE, MAX_ANSWERING, MAX_PICKUPS
 from livebass.rows.parts import Knobs
 from livebass.rows.row import TINY, Word, record, words
 from livebass.rows.techniques import CABINETS, LIMITING
 
 jit = compiled(attributes=SMALL)
 
-MAX_PICKUPS = 4
 MAX_FRETS = 127
 BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 # Tiers of precision: two qualities, and the fallback for overload

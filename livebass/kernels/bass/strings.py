@@ -3,7 +3,7 @@
 import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
-from livebass.kernels.bass.instrument import MAX_PICKUPS, WORD, copy_words, instrument_at
+from livebass.kernels.bass.instrument import WORD, copy_words, instrument_at
 from livebass.kernels.hands.noise import LATER, tune_noises
 from livebass.kernels.hands.sliding import BEND_FRAMES, set_vibrato
 from livebass.kernels.machine.elementary import exp
@@ -17,7 +17,7 @@ from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudnes
 from livebass.kernels.player.performer import performer_at
 from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_corner
 from livebass.kernels.string import answers
-from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
+from livebass.kernels.string.records import MAX_PICKUPS, OPERATOR, STRING, VOICE_SLOTS
 
 jit = compiled(attributes=SMALL)
 

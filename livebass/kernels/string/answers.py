@@ -22,7 +22,7 @@ all others as its own oscillators and sounds them itself: no string waits for an
 meet, one passes its answer on to the other by the part Im G of the same exchange, which keeps energy whatever else is
 exchanged.
 
-The exchange is passive. Once in EVERY frames, after a quartet of them, a pair advances by its exact flow, whose energy
+The exchange is passive. Once in EVERY frames, after a run of them, a pair advances by its exact flow, whose energy
 norm is exp(|Re G| t): the losses of both lines are greater, as Re G is kept below the limit they allow. Pairs of one
 line share that limit: those with the greatest effect come first. While the string presses on a fret, or owes exchanges
 between u and v, its pairs wait.
@@ -42,7 +42,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import number_at, tap_row
-from livebass.kernels.string.records import BLOCK, MAX_LINKS, QUARTET, RING_ON, THERE, UNKNOWN
+from livebass.kernels.string.records import BLOCK, MAX_LINKS, RING_ON, THERE, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 from livebass.kernels.string.turning import along_axis
 
@@ -346,58 +346,73 @@ def set_flow(flow, x, y, r):
 
 
 @jit
-def exchange(string, slot, op, step, frame):
-    """Exchanges energy in the pairs due in a `frame`, after the slot has moved to fine step `step`.
+def exchange(string, slot, op, step, first, frames):
+    """Exchanges energy in the pairs due in `frames` from `first` on, after the slot has moved to fine step `step`.
 
     A note that hands are ending no longer exchanges energy: answers must not keep its string awake.
     """
     pressed = op.turned > 0 and (slot.owed > 0 or slot.thumb.on == THERE)  # as in turning.py
     if slot.moving or slot.hand < 1.0 or slot.active == 0 or pressed or is_touching(slot, op, step):
         return
-    voice, a, u = string.voice, string.answers, slot.u
+    voice, a = string.voice, string.answers
     if slot.fret != voice.answered_fret:
         voice.answered_fret = slot.fret
         if voice.answering:
             voice.hands_until = voice.frame + round(MOVING * voice.rate)
     find_pairs(string, slot, op)
-    for p in range((frame - voice.begun) % EVERY, a.pairs, EVERY):
-        g, i = a.pair_answer[p], a.pair_mode[p]
-        flow = a.flow[p]
-        own_q, own_p = modal.state_of(u, i)
-        q, y = own_q, -flow[7] * own_p
-        if op.turned > 0:
-            q_v, p_v = modal.state_of(slot.v, i)
-            q, y = flow[10] * q + flow[11] * q_v, flow[10] * y - flow[11] * flow[9] * p_v
-        k = a.place[g]
-        x, z = (a.q[k], -a.y[k]) if k != UNKNOWN else (0.0, 0.0)
-        q_after, y_after, x, z = exchanged(flow, q, y, x, z)
-        gained_q, gained_y = q_after - q, y_after - y
-        if not put_answer(voice, a, g, x, z):
-            continue
-        slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
-        if op.turned == 0:
-            modal.set_state(u, i, q_after, -flow[6] * y_after)
-            continue
-        modal.set_state(u, i, own_q + flow[10] * gained_q, own_p - flow[6] * flow[10] * gained_y)
-        modal.set_state(slot.v, i, q_v + flow[12] * gained_q, p_v - flow[8] * flow[12] * gained_y)
-        slot.v_active = max(slot.v_active, slot.active)
+    for frame in range(first, first + frames):
+        for p in range((frame - voice.begun) % EVERY, a.pairs, EVERY):
+            exchange_pair(voice, a, slot, op, p)
 
 
 @jit
-def pass_on(string, frame):
-    """Passes answers on in the links due in a `frame`."""
+def exchange_pair(voice, a, slot, op, p):
+    """Exchanges energy in pair `p`."""
+    u, g, i = slot.u, a.pair_answer[p], a.pair_mode[p]
+    flow = a.flow[p]
+    own_q, own_p = modal.state_of(u, i)
+    q, y = own_q, -flow[7] * own_p
+    q_v = p_v = 0.0
+    if op.turned > 0:
+        q_v, p_v = modal.state_of(slot.v, i)
+        q, y = flow[10] * q + flow[11] * q_v, flow[10] * y - flow[11] * flow[9] * p_v
+    k = a.place[g]
+    x, z = (a.q[k], -a.y[k]) if k != UNKNOWN else (0.0, 0.0)
+    q_after, y_after, x, z = exchanged(flow, q, y, x, z)
+    gained_q, gained_y = q_after - q, y_after - y
+    if not put_answer(voice, a, g, x, z):
+        return
+    slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
+    if op.turned == 0:
+        modal.set_state(u, i, q_after, -flow[6] * y_after)
+        return
+    modal.set_state(u, i, own_q + flow[10] * gained_q, own_p - flow[6] * flow[10] * gained_y)
+    modal.set_state(slot.v, i, q_v + flow[12] * gained_q, p_v - flow[8] * flow[12] * gained_y)
+    slot.v_active = max(slot.v_active, slot.active)
+
+
+@jit
+def pass_on(string, first, frames):
+    """Passes answers on in the links due in `frames` from `first` on."""
     voice, a = string.voice, string.answers
-    for p in range((frame - voice.begun) % EVERY, a.links, EVERY):
-        g, h = a.link_ends[p, 0], a.link_ends[p, 1]
-        k, m = a.place[g], a.place[h]
-        idle = (voice.idle >> a.string[g]) & (voice.idle >> a.string[h]) & 1
-        if not idle or (k == UNKNOWN and m == UNKNOWN):
-            continue
-        q, y = (a.q[k], -a.y[k]) if k != UNKNOWN else (np.float32(0.0), np.float32(0.0))
-        x, z = (a.q[m], -a.y[m]) if m != UNKNOWN else (np.float32(0.0), np.float32(0.0))
-        q_after, y_after, x_after, z_after = exchanged(a.link_flow[p], q, y, x, z)
-        put_answer(voice, a, g, q_after, y_after)
-        put_answer(voice, a, h, x_after, z_after)
+    for frame in range(first, first + frames):
+        for p in range((frame - voice.begun) % EVERY, a.links, EVERY):
+            pass_on_by(voice, a, p)
+
+
+@jit
+def pass_on_by(voice, a, p):
+    """Passes answers on in link `p`."""
+    g, h = a.link_ends[p, 0], a.link_ends[p, 1]
+    k, m = a.place[g], a.place[h]
+    idle = (voice.idle >> a.string[g]) & (voice.idle >> a.string[h]) & 1
+    if not idle or (k == UNKNOWN and m == UNKNOWN):
+        return
+    q, y = (a.q[k], -a.y[k]) if k != UNKNOWN else (np.float32(0.0), np.float32(0.0))
+    x, z = (a.q[m], -a.y[m]) if m != UNKNOWN else (np.float32(0.0), np.float32(0.0))
+    q_after, y_after, x_after, z_after = exchanged(a.link_flow[p], q, y, x, z)
+    put_answer(voice, a, g, q_after, y_after)
+    put_answer(voice, a, h, x_after, z_after)
 
 
 @jit
@@ -432,20 +447,20 @@ def next_answer(string):
 
 
 @apart
-def excite_answers(string, ops, step, frame, due):
-    """Exchanges energy with the answers after a `frame`, in which the string has moved to fine step `step`.
+def excite_answers(string, ops, step, frame, frames):
+    """Exchanges energy with the answers before `frame`, after the string has moved to fine step `step`.
 
-    Only while strings are idle. A string that sounds does so if it is `due`: after a quartet, for all its frames.
+    Only while strings are idle. A string that sounds does so after a quartet or a long run, for all its `frames`; 0:
+    none ends.
     """
     voice, a = string.voice, string.answers
     slot = string.slots[voice.slot]
-    if slot.on and not due:
-        return
-    for before in range(QUARTET - 1 if slot.on else 0, -1, -1):
-        if slot.on and a.count > 0 and not voice.cut:
-            exchange(string, slot, ops[slot.fret], step, frame - before)
-        if voice.answering:
-            pass_on(string, frame - before)
+    if not slot.on:
+        frames = 1
+    elif a.count > 0 and not voice.cut and frames > 0:
+        exchange(string, slot, ops[slot.fret], step, frame - frames, frames)
+    if voice.answering and frames > 0:
+        pass_on(string, frame - frames, frames)
 
 
 @jit

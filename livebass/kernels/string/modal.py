@@ -769,6 +769,19 @@ def speed_square_to_come(u, v, flow, times, n):
 
 
 @jit
+def speed_square_passed(u, v, flow, n, first):
+    """`speed_square` of what an exchange of `n` modes passes on, of these modes, and of those from `first` on."""
+    passed = size = highs = 0.0
+    for j in range(n):
+        square = square_speed(u.low, u.kappa, u.omega, j) + square_speed(v.low, v.kappa, v.omega, j)
+        passed += (flow[4, j] * flow[4, j] + flow[5, j] * flow[5, j]) * square
+        size += square
+        if j >= first:
+            highs += square
+    return passed, size, highs
+
+
+@jit
 def amplitude_to_come(v, flow, times, n):
     """Growth of u's `amplitude_sum` by at most `times` exchanges of its first `n` modes with `v`."""
     s = 0.0
@@ -1133,7 +1146,7 @@ def retune(w, op, rows, ratio):
     retune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     retune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
     set_tense(w, op.padded)
-    w.fours = 0
+    w.spanned = 0
 
 
 @jit
@@ -1154,7 +1167,7 @@ def tune(w, op):
     split = lower(w, op.padded)
     tune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     tune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
-    w.fours = 0
+    w.spanned = 0
 
 
 @jit
@@ -1192,7 +1205,7 @@ def take_coefficients(w, op, rows):
     copy_row(w.low.sigma, w.sigma, split)
     copy_row(w.high.sigma, w.sigma[split:], n - split)
     set_tense(w, n)
-    w.fours = 0
+    w.spanned = 0
 
 
 @jit

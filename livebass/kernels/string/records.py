@@ -18,6 +18,7 @@ ROW = 1048  # the most modes, and the most contact points, of one string
 DOUBLE, SINGLE = 8, 4  # bytes
 SPACING = DOUBLE * ROW  # bytes from one row of modes to the next
 MAX_NEAR = 32  # contact points solved together in one fine step
+MAX_PICKUPS = 4  # or sensors, of one string
 LINE = 64  # bytes of a cache line
 BATCH = 16  # frames filtered together
 BLOCK = 16  # modes woken and dropped together
@@ -74,6 +75,9 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
     """
     # k fine steps at once, free: q <- a q + b P, P <- a P - g q
     leap = _with_spacing([_row("a", kind), _row("b", kind), _row("g", kind)])
+    span = _with_spacing(
+        [_row("pull", kind), _row("give", kind)]
+    )  # taken from P, in halves, and added to q (quartet.py)
     return _with_spacing(
         [
             _row("q", kind),  # displacement
@@ -82,15 +86,15 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
             _row("p_before", kind),
             _row("kept", kind),  # one fine step: d <- kept d - spring q ...
             _row("spring", kind),  # ... and q <- q + d
-            ("leaps", leap, (3,)),
+            ("leaps", leap, (4,)),
             _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q
             _row("kappa", kind),
             _row("tense", kind),  # j^2 kappa, j from 1: what tension takes from P per displacement (tension.py)
-            # for four frames at once (quartet.py): velocity after a frame, from q and from P ...
+            # for many frames at once (runs.py): velocity after a frame, from q and from P ...
             _row("later_q", kind),
             _row("later_p", kind),
-            _row("pull", kind),  # ... and what tension takes from P, in halves, and adds to q
-            _row("give", kind),
+            _row("kick", kind),  # ... what tension takes from P in a frame ...
+            ("spans", span, (2,)),  # ... in a quartet, and in a long run
             _row("sigma", kind),
         ]
     )
@@ -98,8 +102,10 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
 
 LOW_ROWS, HIGH_ROWS = _rows_of_modes("f8"), _rows_of_modes("f4")
 WHOLE, PART, LONGER = 0, 1, 2  # leaps: one frame; part of a frame; one fine step more, if frames are no whole steps
-TWO = LONGER  # if they are: two frames (quartet.py)
+TWO, EIGHT = LONGER, 3  # if they are: two frames; eight
 QUARTET = EXCHANGE_EVERY  # frames that a string takes at once; then u and v exchange energy
+LONG_RUN = 4 * QUARTET  # frames that a held string takes at once (runs.py)
+FOUR, MANY = 0, 1  # in `spans`: a quartet, half of which is leaps[TWO + FOUR]; a long run, of leaps[TWO + MANY]
 
 # Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(
@@ -124,7 +130,13 @@ WORK = on_lines(
         ("low", LOW_ROWS),
         ("high", HIGH_ROWS),  # in the memory behind the first LOW modes of `low`: it has no modes unless `split` is LOW
         ("split", "i8"),
-        ("fours", "i8"),  # 1: the coefficients for four frames at once belong to the others
+        ("spanned", "i8"),  # 1: the coefficients for many frames at once belong to the others; 2: the weights, too
+        # for a long run (long_run.py), of all modes: velocity now and a frame later, their law, and weights at pickups
+        _row("speed", "f4"),
+        _row("later", "f4"),
+        _row("turn", "f4"),
+        _row("fall", "f4"),
+        ("weights", "f4", (MAX_PICKUPS, ROW)),
         # the modes' other rows, which events read, in float64. Coefficients: the operator's (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
         _row("p"),
@@ -284,10 +296,12 @@ SLOT = on_lines(
         ("v_active", "i8"),  # ... and its number of modes not known to be dead; 0: v rests
         ("fourth", "i8"),  # frames, 0 to 3, since the last quartet, or since the string began to move
         ("owed", "i8"),  # exchanges of u and v that wait because the string presses on something
+        ("gentle", "i8"),  # 1: they pass on so little that a long run may come before one (turning.py)
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a check
         ("quiet", "i8"),  # fine step before which no contact is possible without an event
-        ("doubted", "i8"),  # fine step before which nobody looks ahead again (looks.py)
+        ("doubted", "i8"),  # fine step before which nobody looks far ahead again (looks.py) ...
+        ("doubtful", "i8"),  # ... and the point that the last look in doubt could not exclude, checked first
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
         ("heard", "i8"),  # modes that the audio rate can carry, rounded up to a whole BLOCK
         ("fastest", "f8"),  # m/s, upper bound for all points of the string
@@ -311,6 +325,7 @@ SLOT = on_lines(
         _row("rest"),  # u's modal amplitudes at rest if crowns carry the string: draped.py
         # turned axes: recomputed for another operator or tuning
         ("flow", "f8", (6, LOW)),  # of an exchange: what u keeps, v keeps, and passes on, complex (turning.py) ...
+        ("long_flow", "f8", (6, LOW)),  # ... the same for a long run ...
         ("flow_scale", "f8", (4, LOW)),  # ... and kappa omega of u and v, and their inverses ...
         ("flow_key", "f8", (4,)),  # ... and its key: operator, its length and fine step, tuning
         # touching fingers: recomputed when their places change
@@ -416,8 +431,9 @@ VOICE = np.dtype(
         # the state: another version of the bass takes it over (live/thread/carry.py)
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
-        ("left", "i8"),  # frames that are left of a quartet, whose motion is done (runs.py) ...
-        ("run", "f8", (8, QUARTET)),  # ... and displacement and velocity at each pickup in all its frames
+        ("left", "i8"),  # frames that are left of a run, whose motion is done (runs.py) ...
+        ("length", "i8"),  # ... of this many frames, QUARTET or LONG_RUN ...
+        ("run", "f8", (8, LONG_RUN)),  # ... and displacement and velocity at each pickup in all its frames
         ("slot", "i8"),  # the playing slot
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pulse", "f8"),  # `safety` for the next pluck

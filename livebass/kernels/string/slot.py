@@ -19,6 +19,7 @@ FOR_EVER = 1 << 60  # a fine step
 SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
 STEADY = 1e-7  # of the tension, 1e-4 cents: a motion that adds less is ignored
+LOOSE = 4e-3  # of the tension: where the motion may add more, a long run, which takes its middle for all, errs too much
 REST_EVERY = 64  # frames between checks for dead modes
 STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled back: no playing reaches a third of it
 
@@ -34,6 +35,7 @@ def load(slot, op, step):
     slot.v_active = 0
     slot.fourth = 0
     slot.owed = 0
+    slot.gentle = 0
     slot.safety = SAFETY
     slot.active = 0
     slot.still = 0
@@ -115,6 +117,7 @@ def wake_slot(slot, op, step):
     slot.due = step
     slot.quiet = UNKNOWN
     slot.doubted = UNKNOWN
+    slot.doubtful = 0
     slot.steady = 0
     u.due[: op.points] = UNKNOWN
     u.known_at[: op.points] = UNKNOWN
@@ -218,13 +221,13 @@ def silences_of(slot, op):
 
 
 @jit
-def is_steady(voice, op, steepest):
-    """True if a motion of that steepness in u and v adds negligible tension, in qualities that are not exact.
+def tightening(voice, op, steepest):
+    """The most that a motion of that steepness in u and v adds to the tension, relative to the tension.
 
     The integral of the squared slope is at most steepness^2 times the length, in u and in v (tension.py).
     """
     maximum = voice.stretch * 2.0 * steepest * steepest * op.length
-    return not is_exact(op) and maximum * op.weight < STEADY * square(op.fine * op.speed)
+    return maximum * op.weight / square(op.fine * op.speed)
 
 
 @jit
@@ -261,7 +264,9 @@ def rest_slot(slot, op, voice):
         limit_motion(slot, op, STEEPEST / steepest)
         voice.weakened += 1
         return
-    slot.steady = np.int64(1 if is_steady(voice, op, steepest) else 0)
+    tighter = tightening(voice, op, steepest)
+    slot.steady = np.int64(1 if tighter < STEADY and not is_exact(op) else 0)
+    slot.gentle = np.int64(1 if tighter < LOOSE and turning.is_gentle(voice, slot, op) else 0)
     if op.draped:
         pressed = draped.speed_square_of_contact(slot, op, step) / op.length
         rms = np.sqrt(square(rms_velocity_with_answers(slot, op, slot.active)) + pressed)

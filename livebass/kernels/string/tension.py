@@ -58,11 +58,11 @@ def push_by(voice, op, h, total):
 
 
 @jit
-def push_ahead(voice, slot, op):
-    """The same for a frame of a quartet (quartet.py), by the slope in its middle."""
+def push_ahead(voice, slot, op, which):
+    """The same for a frame of the span `which` (quartet.py), by the slope in its middle."""
     h, k1 = op.steps * op.fine, np.pi / op.length
     n = modes_below(slot, op, h, 1.0, slot.active)
-    return push_by(voice, op, h, k1 * k1 * quartet.slope_square_ahead(slot.u, slot.v, n)) if n > 0 else 0.0
+    return push_by(voice, op, h, k1 * k1 * quartet.slope_square_ahead(slot.u, slot.v, n, which)) if n > 0 else 0.0
 
 
 @jit

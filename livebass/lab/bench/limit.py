@@ -1,7 +1,7 @@
 """How near a held string that nothing touches comes to what this machine can do: `livebass bench render`.
 
-It moves four frames at once (kernels/string/quartet.py). The table below counts the multiplications and additions that
-these need, a sum and a product together as one; what they load and store is left out. numpy's product of matrices says
+It moves many frames at once (kernels/string/runs.py). The tables below count the multiplications and additions that these
+need, a sum and a product together as one; what they load and store is left out. numpy's product of matrices says
 how many of them a core does in a second, float32 and float64. The time they need at that rate is the limit: no code
 with the same arithmetic is faster.
 """
@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from livebass.engine.engine import Engine
-from livebass.kernels.string.looks import SIGHT
-from livebass.kernels.string.records import QUARTET
+from livebass.kernels.string.records import LONG_RUN, QUARTET
 from livebass.lab.bench.measure import Clock, Result
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
@@ -24,9 +23,11 @@ RATE = 48_000  # Hz
 NOTE, VELOCITY = 28, 40  # an open E, soft: it touches no fret
 ATTACK, PIECE, PIECES = 0.5, 0.25, 20  # s, s, and how many pieces are timed
 SIZE = 384  # rows and columns of the matrices
-# Multiply-adds of a quartet for each mode: of u or v, of each pickup, of u alone in float64, of each pickup there, of u
-# and v for the slope, and for the exchange between them; in a look ahead of u in float64, and of each contact point
-MOVED, SENSED, DISPLACED, SEEN, SLOPE, EXCHANGED, AHEAD, POINT = 23, 4, 11, 3, 8, 24, 24, 3
+# Multiply-adds of a run for each mode, by its frames: of u or v, the same in float32 at any rate, of each pickup, of u
+# alone in float64, and of each pickup there
+RUNS = {QUARTET: (23, 0, 4, 11, 3), LONG_RUN: (27, 32, 16, 23, 9)}
+# Of u and v for the slope, and for the exchange between them; in a look ahead of u in float64, and of each contact point
+SLOPE, EXCHANGED, AHEAD, POINT = 8, 24, 24, 3
 
 
 def measure_limit(bass: str = "jazz-finger", pieces: int = PIECES) -> Result:
@@ -67,13 +68,19 @@ def multiply_adds(engine: Engine) -> dict[str, float]:
     op = engine.pool.records[engine.voices.index(voice)][int(slot["fret"])]
     u, v = int(slot["active"]), int(slot["v_active"])
     pickups, split = int(voice.record["pickups"][0]), int(op["split"])
-    each = MOVED + SENSED * pickups
-    low = min(u, split)
-    double: float = each * (low + min(v, split)) + (DISPLACED + SEEN * pickups) * low
+    frames = LONG_RUN if slot["gentle"] else QUARTET
+    moved, turned, sensed, displaced, seen = RUNS[frames]
+    low, low_v = min(u, split), min(v, split)
+    high, high_v = u - low, v - low_v
+    heard = sensed * pickups
+    double: float = moved * (low + low_v) + (displaced + seen * pickups) * low
+    single: float = (turned + heard) * (u + v) + moved * (high + high_v)
+    if not turned:  # a quartet senses modes in their own width
+        double, single = double + heard * (low + low_v), single - heard * (low + low_v)
     double += SLOPE * low + EXCHANGED * min(int(op["turned"]), max(u, v))
-    double += (AHEAD + POINT * int(op["points"])) * low * QUARTET / SIGHT
-    single = each * (max(u - split, 0) + max(v - split, 0)) + SLOPE * max(min(u, v) - split, 0)
-    return {"float32": single / QUARTET, "float64": double / QUARTET}
+    double += (AHEAD + POINT * int(op["points"])) * low * frames / LONG_RUN
+    single += SLOPE * min(high, high_v)
+    return {"float32": single / frames, "float64": double / frames}
 
 
 def peak_rate(kind: str) -> float:

@@ -122,7 +122,7 @@ def restore_single(at, row, n):
 def move_modes(move_row, move_single, at, w, n, begun):
     """Saves or restores the state of `n` modes, float64, then float32; returns the next address.
 
-    begun: the state before the quartet that has begun (runs.py).
+    begun: the state before the run that has begun (runs.py).
     """
     split = min(w.split, n)
     at = move_row(at, w.low.q_before if begun else w.low.q, split)

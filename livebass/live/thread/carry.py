@@ -206,7 +206,7 @@ def copy_modes(w, old, n):
 
 @jit
 def copy_before(rows, old, n):
-    """Copies the state before a quartet that has begun (kernels/string/runs.py)."""
+    """Copies the state before a run that has begun (kernels/string/runs.py)."""
     for j in range(n):
         rows.q_before[j] = old.q_before[j]
         rows.p_before[j] = old.p_before[j]
