@@ -39,8 +39,7 @@ function parts() {
 // Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
   const more = parts(), link = bench().link(more), text = ADDRESS ? `${ADDRESS}#${link}` : link;
-  const others = `This page has no public address: others open the link with livebass page --link "${link}".`;
-  const how = ADDRESS ? "" : ` ${others}`;
+  const how = ADDRESS ? "" : ' Others open it with livebass page --link and the link in quotes: this page has no public address.';
   const alone = more.rang ? " Its moment shows the last note alone, from rest: before it the string still rang." : "";
   const what = `${more.riff ? "The link is copied, with your last notes." : "The link is copied."}${alone}`;
   try {
