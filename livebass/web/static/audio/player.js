@@ -312,8 +312,9 @@ export class WorkletPlayer {
     }
   }
 
-  // A bass has reached the audio thread, or is silent there: its memory can be reused.
-  hearBass(/** @type {{copied?: number, faded?: number}} */ {copied, faded}) {
+  // A bass has reached the audio thread, which gives back its image, or is silent there: its memory can be reused.
+  hearBass(/** @type {{copied?: number, faded?: number, image?: ArrayBuffer}} */ {copied, faded, image}) {
+    if (image) workshop.reuse(image);
     const there = /** @type {number} */ (copied || faded);
     this.copied.get(there)?.();
     this.copied.delete(there);
