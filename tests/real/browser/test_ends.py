@@ -130,6 +130,19 @@ def test_each_slider_plays_what_it_shows_at_both_ends(page: Any, name: str) -> N
     assert not errors(page)
 
 
+def test_the_hand_stays_on_the_neck(page: Any) -> None:
+    """A bass with fewer frets takes the hand down to its last one."""
+    opened(page)
+    hand = "return [+$('hand_position').value, +$('hand_position').max, $('hand_position-text').textContent]"
+    page.execute_script("chooseBass('six-string'); moveControl('hand_position', 24)")
+    assert page.execute_script(hand) == [24, 24, "fret 24"]
+    page.execute_script("chooseBass('jazz-finger')")
+    assert page.execute_script(hand) == [20, 20, "fret 20"]
+    page.execute_script("chooseBass('six-string')")
+    assert page.execute_script(hand) == [20, 24, "fret 20"]
+    assert not errors(page)
+
+
 @pytest.mark.parametrize("side", ["min", "max"])
 @pytest.mark.parametrize("name", quick(preset_names(), QUICK))
 def test_a_link_made_at_the_ends_opens_and_plays(page: Any, name: str, side: str) -> None:
