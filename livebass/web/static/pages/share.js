@@ -7,6 +7,7 @@ import {player} from "../audio/player.js";
 import {hold, said} from "../neck/pull.js";
 import {pullText, readPull} from "../neck/pulled.js";
 import {goTo, kept, keepPull, move, showSlowly} from "../neck/replay.js";
+import {SHOWN} from "../neck/see.js";
 import {riffParts} from "../score/riff.js";
 import {state} from "./state.js";
 import {STROKES, numberOf} from "../neck/techniques.js";
@@ -68,7 +69,7 @@ async function linkedNote(/** @type {URLSearchParams} */ requested, /** @type {s
   const replay = showStill(bass, made, micros);
   if (!replay) return;
   const rang = requested.get("rang") ? " It plays alone, from rest; before it the string still rang." : "";
-  tell(`A friend's note: ${doneBy(replay)}.${rang}`);
+  tell(`A friend's note, in its first ${SHOWN.after} s: ${doneBy(replay)}.${rang}`);
 }
 
 async function linkedPull(/** @type {string} */ text) {
