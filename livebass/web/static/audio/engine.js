@@ -42,12 +42,11 @@ export class Engine extends Kernels {
   isEmpty(at) { return !new Float64Array(this.memory.buffer, at, PIECE / 8).some(word => !Object.is(word, 0)); }
   empty(at) { if (!this.isEmpty(at)) this.bytes.fill(0, at, at + PIECE); }
 
-  // Returns the memory from `at` to `end` without its empty pieces: `full`, the others' numbers; and `image`, their bytes,
-  // in the buffer `spare` if that is long enough.
-  pack(at, end, spare = new ArrayBuffer(0)) {
+  // Returns the memory from `at` to `end` without its empty pieces: `full`, the others' numbers; and `image`, their bytes.
+  pack(at, end) {
     const full = [];
     for (let k = 0; at + k * PIECE < end; k++) if (!this.isEmpty(at + k * PIECE)) full.push(k);
-    const size = PIECE * full.length, image = new Uint8Array(spare.byteLength < size ? new ArrayBuffer(size) : spare);
+    const image = new Uint8Array(PIECE * full.length);
     full.forEach((k, i) => image.set(this.bytes.subarray(at + k * PIECE, at + (k + 1) * PIECE), i * PIECE));
     return {full, image: image.buffer};
   }

@@ -312,9 +312,8 @@ export class WorkletPlayer {
     }
   }
 
-  // A bass has reached the audio thread, which gives back its image, or is silent there: its memory can be reused.
-  hearBass(/** @type {{copied?: number, faded?: number, image?: ArrayBuffer}} */ {copied, faded, image}) {
-    if (image) workshop.reuse(image);
+  // A bass has reached the audio thread, or is silent there: its memory can be reused.
+  hearBass(/** @type {{copied?: number, faded?: number}} */ {copied, faded}) {
     const there = /** @type {number} */ (copied || faded);
     this.copied.get(there)?.();
     this.copied.delete(there);

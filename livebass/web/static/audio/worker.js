@@ -10,8 +10,6 @@ const answer = /** @type {any} */ (postMessage);
 /** @type {Engine} */
 let engine; // for one job after another: browsers are slow to free the memory of a new one for each
 let mapped = 0; // the bass of the last `buzz`
-/** @type {ArrayBuffer | undefined} */
-let spare; // the buffer of an image that the audio thread has copied
 const taken = new Map(); // address of a bass: [begin of its memory, end]
 const names = []; // of basses built before: versions of one carry on each other's notes
 const rooms = new Map(); // bytes for a bass, by name, tier, rate and length of an impulse response
@@ -42,8 +40,7 @@ function build({id, name, file, tier, rate, response}) {
   taken.set(bass, [at, at + kept]);
   rooms.set(key, kept);
   engine.reserve(at + size);
-  const packed = engine.pack(at, at + size, spare);
-  if (packed.image === spare) spare = undefined;
+  const packed = engine.pack(at, at + size);
   answer({id, built: {bass, at, size, ...packed}}, [packed.image]);
   return bass;
 }
@@ -151,8 +148,6 @@ onmessage = ({data}) => {
     answer({id: data.id});
   } else if (data.free) {
     taken.delete(data.free);
-  } else if (data.spare) {
-    ({spare} = data);
   } else {
     try {
       if (data.recalled || data.performed || data.pluck || data.pulled) {

@@ -186,7 +186,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const waiting = e.field("next_bass");
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);
-    this.port.postMessage({copied: c.bass, image: c.image}, [c.image]);
+    this.port.postMessage({copied: c.bass});
     this.coming = undefined;
     this.highest = 0; // was the old bass's
   }

@@ -53,9 +53,6 @@ export class Workshop {
     this.waiting.clear();
   }
 
-  // Gives back the buffer of an image for the next one: browsers free such large buffers late.
-  reuse(/** @type {ArrayBuffer} */ spare) { this.worker?.postMessage({spare}, [spare]); }
-
   // Frees the memory of a bass, by its address in the audio thread.
   free(/** @type {number} */ bass) { this.worker?.postMessage({free: bass}); }
 }
