@@ -47,11 +47,11 @@ window.toEnds = async bass => {
   for (const slider of all()) {
     const {id, value, dataset: {symbol}} = slider;
     for (const side of ["min", "max"]) {
-      const wanted = slider[side], begun = textOf(slider);
+      const wanted = slider[side];
       say("");
       sent.length = 0;
       await put(slider, wanted);
-      const shown = {id, side, wanted: +wanted, value: +slider.value, text: textOf(slider), begun, said: $("said").textContent};
+      const shown = {id, wanted: +wanted, value: +slider.value, text: textOf(slider), said: $("said").textContent};
       if (symbol) Object.assign(shown, {
         bench: bench().value(symbol), played: [...player.basses.values()].at(-1).label, link: bench().link(),
       });

@@ -93,7 +93,7 @@ def test_it_is_the_same_map_by_one_worker_or_several(browser: Any, whole: str) -
 
 
 def test_a_high_seventh_fret_shows(browser: Any, whole: str) -> None:
-    """Every string pressed below it lies on it, and says so, however soon it is mapped; notes above it are as before."""
+    """However soon it is mapped: every string pressed below it lies on it, and notes above it are as before."""
     open_page(browser, whole)
     browser.execute_script("$('map-fold').open = true; PAGE.map.seconds = 0.05")
     (before,) = map_neck(browser, 1)

@@ -90,8 +90,9 @@ def test_the_steps_of_a_story_move_nothing_and_leave_the_side_view_in_sight(page
 def test_the_name_of_a_bass_is_whole(page: Any) -> None:
     """The list shows as much of a name as its longest common ones need; browsers keep some px for its arrow."""
     room = (
-        "const list = $('bass'), sheet = document.createElement('canvas').getContext('2d'), style = getComputedStyle(list);"
-        "sheet.font = `${style.fontSize} ${style.fontFamily}`; const {paddingLeft, paddingRight} = style;"
+        "const list = $('bass'), style = getComputedStyle(list), {paddingLeft, paddingRight} = style;"
+        "const sheet = document.createElement('canvas').getContext('2d');"
+        "sheet.font = `${style.fontSize} ${style.fontFamily}`;"
         "return list.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight)"
         " - sheet.measureText('Jazz bass, fingers').width"
     )
