@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -70,7 +71,8 @@ def map_(
     if axes:
         basses = fretmap.varied_basses(preset, axes)
     else:
-        basses = [load_preset(name) for name in (preset, beside) if name is not None]
+        given = [name for name in (preset, beside) if name is not None]
+        basses = _told_apart([load_preset(name) for name in given], given)
     if output is not None:
         if len(basses) > len(fretmap.LETTERS):
             raise click.UsageError(f"--output draws one or two maps, not {len(basses)}; --csv takes them all")
@@ -88,6 +90,13 @@ def map_(
         ],
         fretmap.table(maps),
     )
+
+
+def _told_apart(basses: list[Instrument], given: Sequence[str]) -> list[Instrument]:
+    """Two different basses of one name get the names of their files, too: a copied preset keeps its name."""
+    if len(basses) < 2 or basses[0].name != basses[1].name or basses[0] == basses[1]:
+        return basses
+    return [replace(bass, name=f"{bass.name} ({Path(name).name})") for bass, name in zip(basses, given, strict=True)]
 
 
 def _label(basses: Sequence[Instrument]) -> str:

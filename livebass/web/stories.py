@@ -76,8 +76,8 @@ STORIES = {
                 (Note(0, 0, 127),),
             ),
             Step(
-                "A dead spot: the neck swings at the pitch of fret 6 on the G string and takes that note's fundamental "
-                "more than twice as fast as fret 5's, which you hear next.",
+                "A dead spot: the neck swings at the pitch of fret 6 on the G string and takes its fundamental over "
+                "twice as fast as fret 5's, heard next.",
                 "jazz-finger",
                 (Note(3, 6, 90), Note(3, 5, 90)),
             ),

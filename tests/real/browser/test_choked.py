@@ -84,7 +84,7 @@ def test_stories_and_friends_say_it_too(page: Any) -> None:
     )
     assert re.fullmatch(rf"Low: {WITH}\.", page.execute_script("return $('seen').textContent"))
     open_page(page, page.current_url.split("#")[0] + f"#like=jazz-finger&action={action}&moment=3.52.20.20000")
-    said = re.compile(rf"A friend's note: {WITH}\.")
+    said = re.compile(rf"A friend's note, in its first 0.1 s: {WITH}\.")
     wait(lambda: said.fullmatch(page.execute_script("return $('seen').textContent")))
 
 

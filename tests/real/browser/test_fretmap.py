@@ -16,6 +16,11 @@ CELLS = (
 def map_neck(page: Any, count: int) -> list[list[list[str]]]:
     """Maps the neck, which makes `count` maps; returns their cells, the highest string first."""
     page.find_element("id", "map-neck").click()
+    return mapped(page, count)
+
+
+def mapped(page: Any, count: int) -> list[list[list[str]]]:
+    """The cells of `count` maps, once the newest one is made."""
     wait(lambda: page.execute_script("return $('map-neck').textContent") == "Map the neck")
     found: list[list[list[str]]] = page.execute_script(CELLS)
     assert len(found) == count
@@ -84,4 +89,22 @@ def test_it_is_the_same_map_by_one_worker_or_several(browser: Any, whole: str) -
     assert workers == [1, 0] and any(cell.isdigit() for cell in alone)
     assert browser.execute_async_script(WITH_CORES, 7) == [alone, 3, 0]
     assert browser.execute_async_script(WITH_CORES, 64) == [alone, 4, 0]
+    assert not errors(browser)
+
+
+def test_a_high_seventh_fret_shows(browser: Any, whole: str) -> None:
+    """However soon it is mapped: every string pressed below it lies on it, and notes above it are as before."""
+    open_page(browser, whole)
+    browser.execute_script("$('map-fold').open = true; PAGE.map.seconds = 0.05")
+    (before,) = map_neck(browser, 1)
+    browser.execute_script("onBench(() => bench().setAll({fret: 7, fret_height: 0.3})); $('map-neck').click()")
+    high, again = mapped(browser, 2)
+    assert again == before
+    assert [row[6] for row in high] == ["→7"] * 4 and not any("→" in cell for row in before for cell in row)
+    assert [row[8:] for row in high] == [row[8:] for row in before]
+    said = "return [$('maps').querySelector('td.choked').title, $('maps').querySelector('caption').textContent]"
+    assert browser.execute_script(said) == [
+        "G string, fret 6: frets out, it lies on fret 7",
+        "Jazz bass, fingers, Fret 7, Fret height +0.30 mm",
+    ]
     assert not errors(browser)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from support.browser import COPIED, errors, open_page, resize, wait
 
-SIZES = [(360, 800), (390, 844), (844, 390), (667, 375)]
+SIZES = [(360, 800), (390, 844), (844, 390), (667, 375), (640, 320)]
 PARTS = "return ['neck', 'seen', 'side', 'one-bar', 'bench-action'].map(id => $(id).getBoundingClientRect().toJSON())"
 SLID = (
     "const [symbol, value] = arguments, slider = $(`bench-${symbol}`); slider.value = value;"
@@ -74,6 +74,29 @@ def test_a_riff_of_a_link_adds_no_row_and_a_story_leaves_the_side_view_in_sight(
     neck, _, side, bar = page.execute_script(tops)
     assert [neck, bar] == [before[0], before[3]] and bar - side >= 64
     assert page.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_steps_of_a_story_move_nothing_and_leave_the_side_view_in_sight(page: Any) -> None:
+    tall = page.execute_script("return innerHeight")
+    tops = []
+    for at in range(page.execute_script("return PAGE.stories[0].steps.length")):
+        page.execute_async_script("showStep(PAGE.stories[0], arguments[0]).then(arguments[1])", at)
+        box, bar = page.execute_script("return ['side', 'one-bar'].map(id => $(id).getBoundingClientRect().toJSON())")
+        assert box["bottom"] <= bar["top"] < tall
+        tops.append(box["top"])
+    assert len(tops) > 3 and max(tops) - min(tops) < 1
+
+
+def test_the_name_of_a_bass_is_whole(page: Any) -> None:
+    """The list shows as much of a name as its longest common ones need; browsers keep some px for its arrow."""
+    room = (
+        "const list = $('bass'), style = getComputedStyle(list), {paddingLeft, paddingRight} = style;"
+        "const sheet = document.createElement('canvas').getContext('2d');"
+        "sheet.font = `${style.fontSize} ${style.fontFamily}`;"
+        "return list.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight)"
+        " - sheet.measureText('Jazz bass, fingers').width"
+    )
+    assert page.execute_script(room) > 18
 
 
 def test_the_slider_in_sight_is_chosen_or_the_one_moved_last(page: Any) -> None:

@@ -70,7 +70,7 @@ def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> N
     open_page(browser, f"{whole}#{link}")
     wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
     hits = browser.execute_script("return see.replay.hits.length")
-    assert browser.find_element("id", "seen").text == f"A friend's note: {hits} contacts."
+    assert browser.find_element("id", "seen").text == f"A friend's note, in its first 0.1 s: {hits} contacts."
     shown, after = browser.execute_async_script(DRAWN)
     assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
     assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm

@@ -101,6 +101,13 @@ def test_the_command_prints_draws_and_writes(run: Run, tmp_path: Path) -> None:
     assert len(listed) == 2 * 84 and {row["lies_on"] for row in listed if row["fret"] == "6"} == {"6", "7"}
 
 
+def test_two_set_ups_of_one_name_are_told_apart(run: Run, tmp_path: Path) -> None:
+    copied = tmp_path / "mine.toml"
+    copied.write_text('like = "paper-g"\n[bench]\naction = 0.5\n')
+    titles = cli_text(run, "map", "-p", "paper-g", "--beside", str(copied), "--duration", "10ms").splitlines()[:2]
+    assert [title.split(": contacts")[0].split("(")[-1] for title in titles] == ["paper-g)", "mine.toml)"]
+
+
 def test_pictures_and_tables_of_one_bass(plain: FretMap) -> None:
     assert picture([plain]).startswith(b"\x89PNG")
     assert table([plain]).splitlines()[1].split() == ["fret", *"EADG"]

@@ -166,3 +166,24 @@ def test_a_song_goes_on_from_where_it_is_steered(page: node.Page) -> None:
     assert [frame for frame, status, *_ in sent if status == 0x90][:4] == [
         QUANTUM, 4800, now + 2 * (9600 - now), now + 2 * (14400 - now)
     ]  # fmt: skip
+
+
+# Builds versions of a bass in turn, each while the one before still sounds; returns their places
+IN_TURN = """
+const places = [];
+let before;
+for (const action of arguments[0]) {
+  const built = ask({name: "jazz-finger", file: fileOf("jazz-finger", {action}), tier: 0, rate: 48000});
+  places.push(built.at);
+  if (before) onmessage({data: {free: before}});
+  before = built.bass;
+}
+onmessage({data: {free: before}});
+return places;
+"""
+
+
+def test_versions_of_a_bass_take_turns_in_two_rooms(page: node.Page) -> None:
+    """On a lower neck a bass may be larger, as strings lie on its frets: moves of a slider take no new memory."""
+    places = page.run(IN_TURN, [0, -0.8, 0.5, -0.4, 0, -1.2])
+    assert places == places[:2] * 3 and len(set(places)) == 2

@@ -12,7 +12,8 @@ let engine; // for one job after another: browsers are slow to free the memory o
 let mapped = 0; // the bass of the last `buzz`
 const taken = new Map(); // address of a bass: [begin of its memory, end]
 const names = []; // of basses built before: versions of one carry on each other's notes
-const sizes = new Map(); // of basses built last, by file, tier, rate and length of an impulse response
+const rooms = new Map(); // bytes for a bass, by name, tier, rate and length of an impulse response
+const MORE = 1 / 64; // of a room: lower necks need more, as strings lie on frets, and versions of a bass take turns in two rooms
 
 // The first place with `size` free bytes, and the free bytes there.
 function place(size) {
@@ -26,17 +27,18 @@ function place(size) {
 }
 
 function build({id, name, file, tier, rate, response}) {
-  const key = `${name} ${tier} ${rate} ${response?.length}`, guess = Math.max(0, ...sizes.values());
+  const key = `${name} ${tier} ${rate} ${response?.length}`, known = rooms.get(key) ?? 0, guess = Math.max(0, ...rooms.values());
   if (!names.includes(name)) names.push(name);
-  let bass, at, room, size = sizes.get(key) ?? guess;
+  let bass, at, room, size, kept = known || guess;
   do { // it may turn out to be larger
-    ({at, room} = place(size));
+    ({at, room} = place(kept));
     engine.clear();
     bass = engine.build(file, tier, rate, at, response, 1 + names.indexOf(name));
     size = pieces(engine.end - at);
-  } while (size > room);
-  taken.set(bass, [at, at + size]);
-  sizes.set(key, size);
+    kept = size <= known ? known : pieces(size * (1 + MORE));
+  } while (kept > room);
+  taken.set(bass, [at, at + kept]);
+  rooms.set(key, kept);
   engine.reserve(at + size);
   const packed = engine.pack(at, at + size);
   answer({id, built: {bass, at, size, ...packed}}, [packed.image]);

@@ -9,7 +9,7 @@ const TEXTS = {
   blend: value => value < 0 ? "to the neck" : value > 0 ? "to the bridge" : "its own",
   pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
   velocity_curve: value => value < 0 ? "softer touch" : value > 0 ? "harder touch" : "its own",
-  hand_position: value => value ? `fret ${value}` : "free",
+  hand_position: value => value ? `fret ${(chosenBass()?.capo || 0) + value}` : "free",
   avoid_open: value => value ? "yes" : "no",
   humanise_time: value => value ? `up to ${value} ms late` : "off",
   humanise_force: value => value ? `by up to ${value} dB` : "off",
@@ -64,10 +64,13 @@ function sayControl(/** @type {ControlName} */ symbol) {
   if (!isSwitch(symbol)) $(symbol).ariaValueText = text;
 }
 
-// Shows what depends on the chosen bass: the strength of its effects, and a blend if a string has two pickups.
+// Shows what depends on the chosen bass: the strength of its effects, its frets, and a blend if a string has two pickups.
 export function sayOwn() {
-  const {strings, pickups} = chosenBass(), over = (/** @type {number} */ i) => pickups.filter(pickup => pickup.strings.includes(i));
+  const {strings, pickups, frets} = chosenBass(), {maximum} = PAGE.parameters.hand_position, hand = $("hand_position"), over = (/** @type {number} */ i) => pickups.filter(pickup => pickup.strings.includes(i));
   EFFECTS.forEach(sayControl);
+  if (+hand.value > frets) moveControl("hand_position", frets);
+  else sayControl("hand_position");
+  hand.max = String(Math.min(maximum, frets));
   /** @type {HTMLElement} */ ($("blend").parentElement).hidden = !strings.some((_, i) => over(i).length > 1);
 }
 

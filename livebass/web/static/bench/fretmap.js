@@ -30,7 +30,8 @@ function endTeam() {
  */
 async function mapNeck(progress) {
   const bass = chosenBass(), {velocity, seconds, rate} = PAGE.map, title = `${bass.title}${changesText()}`;
-  const rests = bass.strings.map(string => ({...string.rests})), shops = team = newTeam(), file = await player.fileOf(bass.name);
+  const shops = team = newTeam(), file = await player.fileOf(bass.name);
+  const rests = bass.strings.map(string => ({...string.rests})); // as the bass has just been made
   const strings = bass.strings.map(({name}) => ({name, cells: /** @type {FretCell[]} */ ([])}));
   const firsts = Array.from({length: Math.ceil((bass.frets + 1) / FRETS)}, (_, k) => FRETS * k);
   const pieces = bass.strings.flatMap(({note}, string) => firsts.map(first => ({string, note, first}))), count = pieces.length;

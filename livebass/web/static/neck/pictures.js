@@ -32,6 +32,17 @@ function spark(g, x, y, r) {
   g.stroke();
 }
 
+// The level (dB) between two places in a spectrum, of which it has one at each whole number: the highest, or between two of
+// them, where these are far apart, the one on the line that joins them.
+export function levelIn(levels, from, to) {
+  const at = k => Math.max(MIN_DB, levels[k]);
+  let highest = MIN_DB;
+  for (let k = Math.ceil(from); k <= to; k++) highest = Math.max(highest, at(k));
+  if (to - from > 1) return highest;
+  const k = Math.floor(from);
+  return Math.max(highest, at(k) + (from - k) * (at(k + 1) - at(k)));
+}
+
 export class Pictures {
   // `canvases`: neck, side, note, spectrum, both; `see`: what they show.
   constructor(canvases, see) {
@@ -416,9 +427,7 @@ export class Pictures {
       g.beginPath();
       for (let x = 0; x < w; x += 2 * px) {
         const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * px) / w) / bin;
-        let maximum = -Infinity;
-        for (let k = Math.floor(from); k <= Math.ceil(to); k++) maximum = Math.max(maximum, bins[k]);
-        g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, maximum / MIN_DB)));
+        g.lineTo(x, (h - foot) * Math.max(0, levelIn(bins, from, to) / MIN_DB));
       }
       g.stroke();
     }

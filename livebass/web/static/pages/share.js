@@ -7,6 +7,7 @@ import {player} from "../audio/player.js";
 import {hold, said} from "../neck/pull.js";
 import {pullText, readPull} from "../neck/pulled.js";
 import {goTo, kept, keepPull, move, showSlowly} from "../neck/replay.js";
+import {SHOWN} from "../neck/see.js";
 import {riffParts} from "../score/riff.js";
 import {state} from "./state.js";
 import {STROKES, numberOf} from "../neck/techniques.js";
@@ -39,8 +40,7 @@ function parts() {
 // Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
   const more = parts(), link = bench().link(more), text = ADDRESS ? `${ADDRESS}#${link}` : link;
-  const others = `This page has no public address: others open the link with livebass page --link "${link}".`;
-  const how = ADDRESS ? "" : ` ${others}`;
+  const how = ADDRESS ? "" : ' Others open it with livebass page --link and the link in quotes: this page has no public address.';
   const alone = more.rang ? " Its moment shows the last note alone, from rest: before it the string still rang." : "";
   const what = `${more.riff ? "The link is copied, with your last notes." : "The link is copied."}${alone}`;
   try {
@@ -69,7 +69,7 @@ async function linkedNote(/** @type {URLSearchParams} */ requested, /** @type {s
   const replay = showStill(bass, made, micros);
   if (!replay) return;
   const rang = requested.get("rang") ? " It plays alone, from rest; before it the string still rang." : "";
-  tell(`A friend's note: ${doneBy(replay)}.${rang}`);
+  tell(`A friend's note, in its first ${SHOWN.after} s: ${doneBy(replay)}.${rang}`);
 }
 
 async function linkedPull(/** @type {string} */ text) {
