@@ -91,7 +91,7 @@ def next_four(w, n, one, two):
 
 @jit
 def displacements(w, n, op, k, push):
-    """Displacements (m) of the lowest `n` modes, float64, at pickup `k`, in every second frame to that after the run."""
+    """Displacements (m) of the lowest `n` modes, float64, at pickup `k`, in every second frame, up to that after it."""
     rows, phi = w.low, low_part(tap_row(op, k), op)
     u0 = u1 = u2 = u3 = u4 = u5 = u6 = u7 = u8 = 0.0
     for j in range(n):

@@ -282,7 +282,7 @@ def displace(w, n, push):
 
 @jit
 def foresee(w, n, which):
-    """Fills w.q and w.p with the displacements of the lowest `n` modes, float64, in half and in all of the span `which`.
+    """Fills w.q and w.p with displacements of the lowest `n` modes, float64, in half and in all of the span `which`.
 
     Returns the sums of their amplitudes of velocity, m^1.5/s, and of acceleration, m^1.5/s^2.
     """
