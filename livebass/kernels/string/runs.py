@@ -120,7 +120,7 @@ def begin_long(voice, slot, op):
 
 @jit
 def keep_displacements(row, at, now, then, last):
-    """Keeps the displacements in four of a run's frames, from `at` on, from those `now` and two and four frames later."""
+    """Keeps the displacements in four of a run's frames from `at` on: `now`, two frames later, four, and in between."""
     row[at], row[at + 1], row[at + 2], row[at + 3] = now, 0.5 * (now + then), then, 0.5 * (then + last)
 
 

@@ -35,10 +35,10 @@ from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient_at, exch
 from livebass.kernels.string.records import LONG_RUN, QUARTET, THERE
 from livebass.rows.parts import EXCHANGES_AT_ONCE, MAX_OWED
 
-# What an exchange passes on at once is heard as tones 11 dB fainter, 3 kHz beside the partials after long runs, and 12 kHz
-# beside them after quartets. A long run needs it to be that faint, relative to all motion ...
-INAUDIBLE, FAINT = 10 ** (-66 / 20), 10 ** (-48 / 20)
-MASKED, HIGHS = 10 ** (-18 / 20), 1500.0  # ... or else relative to the partials above, Hz, which mask it
+# What exchanges pass on at once sounds as tones 11 dB fainter: after long runs 3 kHz beside the partials, after quartets
+# 12 kHz. A long run needs it to be INAUDIBLE, relative to the motion, or to be FAINT, and MASKED by the partials above
+# HIGHS, Hz
+INAUDIBLE, FAINT, MASKED, HIGHS = 10 ** (-66 / 20), 10 ** (-48 / 20), 10 ** (-18 / 20), 1500.0
 
 
 @jit
