@@ -35,10 +35,10 @@ from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient_at, exch
 from livebass.kernels.string.records import LONG_RUN, QUARTET, THERE
 from livebass.rows.parts import EXCHANGES_AT_ONCE, MAX_OWED
 
-# What exchanges pass on at once sounds as tones 11 dB fainter: after long runs 3 kHz beside the partials, after quartets
-# 12 kHz. A long run needs it to be INAUDIBLE, relative to the motion, or to be FAINT, and MASKED by the partials above
-# HIGHS, Hz
-INAUDIBLE, FAINT, MASKED, HIGHS = 10 ** (-66 / 20), 10 ** (-48 / 20), 10 ** (-18 / 20), 1500.0
+# What exchanges pass on at once sounds as tones 11 dB fainter: 3 kHz beside the partials after long runs, 12 kHz after
+# quartets. Before a long run it must be inaudible, 66 dB below the motion, or 48, and masked, 18 dB below the partials
+# above HIGHS, Hz
+INAUDIBLE, FAINT, MASKED, HIGHS = 5e-4, 4e-3, 0.125, 1500.0
 
 
 @jit

@@ -1,7 +1,7 @@
 """How near a held string that nothing touches comes to what this machine can do: `livebass bench render`.
 
-It moves many frames at once (kernels/string/runs.py). The tables below count the multiplications and additions that these
-need, a sum and a product together as one; what they load and store is left out. numpy's product of matrices says
+It moves many frames at once (kernels/string/runs.py). The tables below count the multiplications and additions that
+these need, a sum and a product together as one; what they load and store is left out. numpy's product of matrices says
 how many of them a core does in a second, float32 and float64. The time they need at that rate is the limit: no code
 with the same arithmetic is faster.
 """
@@ -26,7 +26,7 @@ SIZE = 384  # rows and columns of the matrices
 # Multiply-adds of a run for each mode, by its frames: of u or v, the same in float32 at any rate, of each pickup, of u
 # alone in float64, and of each pickup there
 RUNS = {QUARTET: (23, 0, 4, 11, 3), LONG_RUN: (27, 32, 16, 23, 9)}
-# Of u and v for the slope, and for the exchange between them; in a look ahead of u in float64, and of each contact point
+# Of u and v for the slope, and for the exchange between them; in a look ahead of u, and of each contact point
 SLOPE, EXCHANGED, AHEAD, POINT = 8, 24, 24, 3
 
 

@@ -31,7 +31,7 @@ PULLS = [
 ]  # apex, m; place, m from the stop; angle, rad
 # Of full scale. `simulate` kicks the string with the tension of each frame, the page with that of four: 2e-5 without a
 # contact. Contacts amplify that: a dozen to 2e-4, 39 to 8.5e-4, less than a pluck harder by a ten-thousandth does
-CLOSE = (1e-3, 3e-4, 3e-5, 1e-3, 1e-3)
+CLOSE = (2e-3, 3e-4, 1e-4, 1e-3, 1e-3)
 HOLD = """
 const [hold, name, rate] = arguments, found = ask({hold, file: fileOf(name, {}), tier: 0, rate});
 return {...found, weights: [...found.weights]};

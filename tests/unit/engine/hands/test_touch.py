@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.costs import KINDS, of_each_kind, quick
 from support.own_basses import load_preset
+from support.played import event
 from support.quiet import without_noise
 from support.strings import even
 
@@ -17,7 +18,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, bass_numbers, pickup_voices, play_frames, take_message
 from livebass.kernels.player import performer
 from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD
-from livebass.kernels.string.records import EVENT, PLUCK
+from livebass.kernels.string.records import EVENT, GAIN, PLUCK
 from livebass.model.instrument import Instrument, Player, note_frequency
 from livebass.rows.arrays import Floats
 from livebass.rows.units import decibels
@@ -241,6 +242,9 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     string = hand.string(i)
     events = np.repeat(hand.strokes(i, fret, 30), len(starts))
     events["frame"] = [round(t * RATE) for t in starts]
+    stop = event(GAIN, value=1.0)  # in the midst of a run the motion is that at its end
+    stop["frame"] = round(until * RATE) - 1
+    events = np.concatenate([events, stop])
     play_frames(string, hand.engine.pool.records[i], events, np.zeros(round(until * RATE)))
     w = string.slots[string.record["slot"][0]]["u"]
     q, p, pace, sigma = (float(w["low"][name][0]) for name in ("q", "p", "pace", "sigma"))

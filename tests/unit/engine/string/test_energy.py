@@ -35,8 +35,8 @@ from livebass.model.modes import frequencies, pluck_amplitudes
 
 EVERY = 500  # average frames between techniques
 # Wavering of the energy by tension, over its least so far. In single frames the kick follows the motion, which puts the
-# energy off by up to dT/T omega h / 2 either way, 4.2e-4 on slap; runs are kicked in their middle: quartets waver less, and long
-# runs come only where tension is small
+# energy off by up to dT/T omega h / 2 either way, 4.2e-4 on slap; runs are kicked in their middle: quartets waver
+# less, and long runs come only where tension is small
 RIPPLE = 8e-4
 ROUNDING = 1e-11
 # Rounding error of the sums and products of a float32 leap, relative to its result: |a q| + |b P| + their sum, half a

@@ -1,4 +1,4 @@
-"""Runs by their law: how each mode moves in a quartet and in a long run, what pickups sense, what fingers take after."""
+"""Runs by their law: how modes move in a quartet and in a long run, what pickups sense, what fingers take after."""
 
 from __future__ import annotations
 
