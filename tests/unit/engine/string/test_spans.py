@@ -81,7 +81,7 @@ def stretched(string: Played, motion: Motion, frames: int = QUARTET) -> Complexe
     second.
     """
     amplitude = motion.after(frames // 2)
-    wave, force, _ = force_of(string, amplitude, motion)
+    _, force, _ = force_of(string, amplitude, motion)
     turn = turns(string, motion)
     is_kicked = (frames * turn < 2.0) & (np.arange(len(turn)) < int(string.slot()["u"]["split"]))
     kick = 1j * force * frames / RATE / motion.omega * amplitude.real
