@@ -7,14 +7,14 @@ from __future__ import annotations
 
 # Distance of hard notes of a quality from `reference`, by KINDS of fidelity.py: dB, median and worst pluck
 WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
-    "frets with loss": {"live": (-52, -26), "studio": (-66, -30)},
-    "thumb": {"live": (-58, -47), "studio": (-74, -54)},
-    "pops": {"live": (-45, -40), "studio": (-59, -56)},
-    "guests": {"live": (-44, -9), "studio": (-63, -20)},
-    "straight": {"live": (-47, -21), "studio": (-64, -44)},
-    "thin": {"live": (-23, -9), "studio": (-37, -22)},
-    "boards": {"live": (-45, -31), "studio": (-50, -35)},
-    "lossless": {"live": (-18, -3), "studio": (-23, -4)},
+    "frets with loss": {"live": (-49, -23), "studio": (-54, -23)},
+    "thumb": {"live": (-58, -52), "studio": (-60, -54)},
+    "pops": {"live": (-47, -38), "studio": (-57, -39)},
+    "guests": {"live": (-30, -14), "studio": (-36, -18)},
+    "straight": {"live": (-42, -26), "studio": (-43, -34)},
+    "thin": {"live": (-22, -8), "studio": (-32, -10)},
+    "boards": {"live": (-45, -32), "studio": (-51, -36)},
+    "lossless": {"live": (-18, -4), "studio": (-24, -5)},
 }
 # dB, median difference of these from plucks 0.1 % harder, in `reference`
 HARDER = {"guests": -35, "straight": -38, "thin": -34}
