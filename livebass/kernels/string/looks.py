@@ -68,7 +68,7 @@ def look_far(voice, slot, op):
 
 @jit
 def look_near(voice, slot, op):
-    """Looks a quartet ahead, likewise."""
+    """Looks a quartet ahead; puts off the next check of the points if the string is clear."""
     if not is_clear_ahead(voice, slot, op, FOUR):
         return False
     slot.due = voice.step + QUARTET * op.steps

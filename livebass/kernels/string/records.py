@@ -105,7 +105,7 @@ WHOLE, PART, LONGER = 0, 1, 2  # leaps: one frame; part of a frame; one fine ste
 TWO, EIGHT = LONGER, 3  # if they are: two frames; eight
 QUARTET = EXCHANGE_EVERY  # frames that a string takes at once; then u and v exchange energy
 LONG_RUN = 4 * QUARTET  # frames that a held string takes at once (runs.py)
-FOUR, MANY = 0, 1  # in `spans`: a quartet, half of which is leaps[TWO + FOUR]; a long run, of leaps[TWO + MANY]
+FOUR, MANY = 0, 1  # `spans` of a quartet and of a long run; leaps[TWO + FOUR] and leaps[TWO + MANY] are half of each
 
 # Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(

@@ -32,8 +32,8 @@ function spark(g, x, y, r) {
   g.stroke();
 }
 
-// The level (dB) between two places in a spectrum, of which it has one at each whole number: the highest, or between two of
-// them, where these are far apart, the one on the line that joins them.
+// The highest level (dB) between two places in a spectrum, which has a level at each whole number. Where these are far apart,
+// the level lies on the line that joins the two nearest.
 export function levelIn(levels, from, to) {
   const at = k => Math.max(MIN_DB, levels[k]);
   let highest = MIN_DB;
