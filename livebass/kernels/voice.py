@@ -13,7 +13,7 @@ from livebass.kernels.machine.native import call_4, floats_at, record_address, r
 from livebass.kernels.pickup import tone
 from livebass.kernels.string import answers, draped, glide, modal, records, reports, runs, stop, tension, touch, turning
 from livebass.kernels.string.operators import is_exact
-from livebass.kernels.string.slot import REST_EVERY, allow_exchange, is_touched, remove_thumb, rest_slot
+from livebass.kernels.string.slot import REST_EVERY, allow_exchange, is_touched, remove_thumb, rest_slot, until_rest
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -110,7 +110,7 @@ def run(string, ops, events, count, out, across):
                 answers.next_answer(string)
         else:
             held = hold_sample(string, held)
-            if held == records.BATCH or is_time_to_rest(voice, voice.frame + 1):
+            if held == records.BATCH or until_rest(voice) == 1:
                 held = filter_batch(string, out, i + 1, held)
         if runs_on:
             runs.pass_frames(string, ops, 1)
@@ -148,14 +148,6 @@ def skip_to(voice, end):
     voice.step = end * voice.numerator
     if voice.denominator > 1:
         voice.step = -(-voice.step // voice.denominator)
-
-
-@jit
-def is_time_to_rest(voice, frame):
-    """True if `frame` is time to look for dead modes, counted from the event that moved the string: so it always sounds
-    the same.
-    """
-    return (frame - voice.woken) % REST_EVERY == 0
 
 
 @jit
@@ -349,12 +341,6 @@ def is_idle(string):
 
 
 @jit
-def until_rest(voice):
-    """Frames until `is_time_to_rest`, at least 1."""
-    return REST_EVERY - (voice.frame - voice.woken) % REST_EVERY
-
-
-@jit
 def hold_answers(string, held, frames):
     """`hold_sample` for so many `frames` of an idle string at once, and all else that moves it."""
     voice = string.voice
@@ -510,7 +496,7 @@ def move_string(string, ops):
 def rest_in_time(string, ops):
     """Every REST_EVERY frames, drops what is dead, and marks a string at rest as still."""
     voice = string.voice
-    if is_time_to_rest(voice, voice.frame):
+    if until_rest(voice) == REST_EVERY:
         answers.drop_dead_answers(string)
         for k in range(2):
             slot = string.slots[k]

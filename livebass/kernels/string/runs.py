@@ -18,7 +18,7 @@ from livebass.kernels.string import answers, long_run, modal, quartet, tension, 
 from livebass.kernels.string.looks import look_far, look_near
 from livebass.kernels.string.operators import is_exact, low_part, tap_row
 from livebass.kernels.string.records import FOUR, LONG_RUN, MANY, MAX_NEAR, NONE, QUARTET, WHOLE
-from livebass.kernels.string.slot import REST_EVERY, is_touched
+from livebass.kernels.string.slot import is_touched, until_rest
 
 LOWEST, HIGHEST = 0.5, 2.0  # tuning of a string: bent farther, the shears of tension (quartet.py) may be unstable
 
@@ -32,15 +32,15 @@ def frames_ahead(string, ops):
         return none
     if voice.raw or voice.pickups == 0 or voice.denominator > 1 or string.slots[1 - voice.slot].on:
         return none
-    until_rest = REST_EVERY - (voice.frame - voice.woken) % REST_EVERY
-    if is_handled(voice, slot) or until_rest < QUARTET:
+    longest = until_rest(voice)
+    if is_handled(voice, slot) or longest < QUARTET:
         return none
     op = ops[slot.fret]
     if op.draped and slot.hand < 1.0:  # hands take from its distance to rest
         return none
     if is_exact(op) or not LOWEST <= slot.ratio <= HIGHEST:
         return none
-    longest = LONG_RUN if slot.hand == 1.0 and slot.gentle and until_rest >= LONG_RUN else QUARTET
+    longest = LONG_RUN if slot.hand == 1.0 and slot.gentle and longest >= LONG_RUN else QUARTET
     if op.points == 0:
         return longest
     known = max(slot.quiet, slot.due) - voice.step

@@ -25,6 +25,15 @@ STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled ba
 
 
 @jit
+def until_rest(voice):
+    """Frames until the next look for dead modes: 1 to REST_EVERY, and REST_EVERY when it is time for one.
+
+    They count from the event that moved the string: so it always sounds the same.
+    """
+    return REST_EVERY - (voice.frame - voice.woken) % REST_EVERY
+
+
+@jit
 def load(slot, op, step):
     """Makes the silent `slot` ready to play operator `op`."""
     modal.take_coefficients(slot.u, op, op.coefficients)
